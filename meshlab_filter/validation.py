@@ -52,9 +52,7 @@ def check_points(points: npt.ArrayLike, *, minimum: int = 1, name: str = "points
             f"Invalid {name}. Must have shape (N, 3). Given: shape {array.shape}."
         )
     if len(array) < minimum:
-        raise InvalidCloudError(
-            f"Too few {name}. Must be at least {minimum}. Given: {len(array)}."
-        )
+        raise InvalidCloudError(f"Too few {name}. Must be at least {minimum}. Given: {len(array)}.")
     finite = np.isfinite(array).all(axis=1)
     if not finite.all():
         first = int(np.flatnonzero(~finite)[0])
@@ -82,9 +80,7 @@ def check_integer(
     7
     """
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-        raise InvalidParameterError(
-            f"Invalid {name}. Must be a whole number. Given: {value!r}."
-        )
+        raise InvalidParameterError(f"Invalid {name}. Must be a whole number. Given: {value!r}.")
     _check_bounds(int(value), name=name, minimum=minimum, maximum=maximum)
     return int(value)
 
@@ -110,13 +106,9 @@ def check_number(
     return float(value)
 
 
-def _check_bounds(
-    value: float, *, name: str, minimum: float | None, maximum: float | None
-) -> None:
+def _check_bounds(value: float, *, name: str, minimum: float | None, maximum: float | None) -> None:
     if minimum is not None and value < minimum:
-        raise InvalidParameterError(
-            f"Invalid {name}. Must be at least {minimum}. Given: {value}."
-        )
+        raise InvalidParameterError(f"Invalid {name}. Must be at least {minimum}. Given: {value}.")
     if maximum is not None and value > maximum:
         raise InvalidParameterError(f"Invalid {name}. Must be at most {maximum}. Given: {value}.")
 
