@@ -16,6 +16,9 @@ from .validation import FloatArray
 # Barycentric coordinates may be this much below zero: points half-way between two others, as
 # subdivided meshes have by the thousand, must fall inside one of the two triangles.
 _ON_EDGE = 1e-9
+# A triangle of less area than this, over the squared distance of its farthest corner, is a line:
+# its barycentric coordinates would be rounding noise.
+_THINNEST = 1e-7
 # A segment between neighbours longer than this many nearest distances bridges a gap, not a border.
 _LONGEST_SEGMENT = 8.0
 
@@ -126,6 +129,7 @@ class Witnesses:
         np.divide(bj, area, out=bj)
         np.divide(bk, area, out=bk)
         inside = np.minimum(np.minimum(bi, bj), bk) >= -_ON_EDGE
+        inside &= np.abs(area) > _THINNEST * flat2.max(axis=0)
         lift = bi * flat2[i] + bj * flat2[j] + bk * flat2[k]
         lift[~inside] = np.inf
         best = lift.argmin(axis=0)

@@ -43,6 +43,17 @@ def test_beyond_a_border_it_is_the_distance_to_the_nearest_segment():
     npt.assert_allclose(gap, 0.2)
 
 
+def test_neighbours_on_a_line_span_no_triangle():
+    """Collinear neighbours, rounding noise apart, count as a segment and give finite errors."""
+    generator = np.random.default_rng(0)
+    direction = np.array([1.0, np.sqrt(2), 0]) / np.sqrt(3)
+    for t in generator.normal(size=(200, 7)):
+        line = direction[:, None] * t
+        gap, crease = errors(line[:, 0], line[:, 1:])
+        assert np.isfinite([gap, crease]).all()
+        assert gap <= np.abs(t[1:] - t[0]).min() + 1e-12
+
+
 def test_frames_are_orthonormal():
     """For any direction, the poles included."""
     n = np.random.default_rng(0).normal(size=(3, 50))

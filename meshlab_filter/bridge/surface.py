@@ -1,0 +1,121 @@
+"""Surfaces through points, by MeshLab's reconstruction filters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..errors import InvalidCloudError, InvalidParameterError
+from ..quality import median_spacing
+from ..validation import check_choice
+from .layer import current_normals, current_points
+from .session import import_pymeshlab, stage
+
+if TYPE_CHECKING:
+    import pymeshlab
+
+SURFACES = ("ball-pivoting", "ball-pivoting-auto", "screened-poisson", "none")
+
+#: Radii of the ball-pivoting passes, in median spacings of the points.
+PASSES = (1.0, 1.5, 2.5, 4.0)
+
+
+def compute_normals(meshset: pymeshlab.MeshSet, *, neighbours: int = 12) -> bool:
+    """Give the current layer normals, if it has none, by MeshLab's filter for point sets.
+
+    Parameters
+    ----------
+    meshset : pymeshlab.MeshSet
+    neighbours : int
+        How many neighbours the tangent plane of a point is fitted to.
+
+    Returns
+    -------
+    bool
+        Whether normals were computed.
+    """
+    if current_normals(meshset) is not None:
+        return False
+    with stage("computing normals for the point set"):
+        meshset.compute_normal_for_point_clouds(
+            k=neighbours, smoothiter=0, flipflag=False, viewpos=[0.0, 0.0, 0.0]
+        )
+    return True
+
+
+def reconstruct(
+    meshset: pymeshlab.MeshSet,
+    *,
+    surface: str = "ball-pivoting",
+    passes: Sequence[float] = PASSES,
+) -> dict[str, object]:
+    """Build a surface through the vertices of the current layer.
+
+    Parameters
+    ----------
+    meshset : pymeshlab.MeshSet
+        The current layer is a point set; ball pivoting adds faces to it, Poisson adds a layer and
+        makes it current.
+    surface : str
+        "ball-pivoting": passes of growing radius on the same layer, small enough not to bridge
+        gaps and large enough to close the surface. "ball-pivoting-auto": one pass with MeshLab's
+        automatic radius, as in the paper. "screened-poisson": a closed surface that need not pass
+        through the points. "none": nothing is done.
+    passes : sequence of float
+        Radii in units of the median spacing of the points, for "ball-pivoting".
+
+    Returns
+    -------
+    dict
+        "surface", "spacing" (in the cloud's unit) and "radii" (in the cloud's unit).
+
+    Raises
+    ------
+    InvalidCloudError
+        If fewer than three points are there, or all lie in one place.
+    InvalidParameterError
+        If the kind of surface is unknown.
+    """
+    check_choice(surface, name="surface", choices=SURFACES)
+    points = current_points(meshset)
+    if surface == "none":
+        return {"surface": surface, "spacing": None, "radii": []}
+    if len(points) < 3:
+        raise InvalidCloudError(
+            f"A surface needs at least 3 points. Given: {len(points)} (use --surface none)."
+        )
+    spacing = median_spacing(points)
+    if spacing == 0:
+        raise InvalidCloudError(
+            "A surface needs points in different places. Given: a cloud in which most points "
+            "share their place with six others."
+        )
+    compute_normals(meshset)
+    pure = import_pymeshlab().PureValue
+    radii: list[float] = []
+    with stage(f"building the surface ({surface})"):
+        if surface == "screened-poisson":
+            _screened_poisson(meshset)
+        elif surface == "ball-pivoting-auto":
+            meshset.generate_surface_reconstruction_ball_pivoting(
+                ballradius=pure(0), clustering=20, creasethr=90, deletefaces=False
+            )
+        else:
+            if not passes or min(passes) <= 0:
+                raise InvalidParameterError(
+                    f"Invalid passes. Must be positive radii. Given: {list(passes)}."
+                )
+            radii = [factor * spacing for factor in passes]
+            for radius in radii:
+                meshset.generate_surface_reconstruction_ball_pivoting(
+                    ballradius=pure(radius), clustering=5, creasethr=90, deletefaces=False
+                )
+    return {"surface": surface, "spacing": spacing, "radii": radii}
+
+
+def _screened_poisson(meshset: pymeshlab.MeshSet) -> None:
+    # One thread: with more, the octree's sums come in another order and the bytes differ.
+    meshset.generate_surface_reconstruction_screened_poisson(
+        visiblelayer=False, depth=8, fulldepth=5, cgdepth=0, scale=1.1, samplespernode=1.5,
+        pointweight=4.0, iters=8, confidence=False, preclean=True, threads=1,
+    )  # fmt: skip
