@@ -230,6 +230,7 @@ METHODS: dict[str, Method] = {
             parameters=(
                 Parameter("evenness", float, 0.4, "0 only follows the shape, more spaces evenly"),
                 Parameter("crease_safety", float, 0.4, "more keeps sharp edges denser"),
+                Parameter("noisy", bool, False, "judge by positions smoothed to the surface"),
                 Parameter("noisy", bool, False, "judge the points by a smoothed cloud"),
             ),
             uses_normals=True,
@@ -248,6 +249,10 @@ METHODS: dict[str, Method] = {
                 Parameter("delete", int, None, "clusters to delete; none: from the count"),
                 Parameter("k", int, None, "neighbours of the density; none: the rounded root of m"),
                 Parameter("init", str, "random", "start of k-means: random, k-means++ or spread"),
+                Parameter("max_iter", int, 100, "most k-means iterations"),
+                Parameter("tol", float, 1e-4, "k-means ends when centres move less, squared"),
+                Parameter("definition", str, "normalized", "normalized, differential or raw"),
+                Parameter("keep_representative", bool, False, "leave one point a deleted cluster"),
             ),
         ),
         Method(
