@@ -38,13 +38,13 @@ def error_rows(error: dict[str, Any]) -> list[tuple[str, ...]]:
     --------
     >>> summary = dict(mean=1e-4, rms=2e-4, p95=4e-4, p99=5e-4, max=1e-2, samples=9, dropped=1)
     >>> error_rows({"cut": summary})
-    [('cut at 1 %', '1.000e-04', '2.000e-04', '4.000e-04', '5.000e-04', '1.000e-02', '9', '1')]
+    [('cut at 1 %', '1.00e-04', '2.00e-04', '4.00e-04', '5.00e-04', '1.00e-02', '9', '1')]
     """
     names = {
         "uncut": "uncut",
         "cut": "cut at 1 %",
-        "floor": "floor, uncut",
-        "floor_cut": "floor, cut at 1 %",
+        "floor": "floor",
+        "floor_cut": "floor, cut",
     }
     return [
         (
@@ -59,4 +59,4 @@ def error_rows(error: dict[str, Any]) -> list[tuple[str, ...]]:
 
 
 def _share(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3e}"
+    return "-" if value is None else f"{value:.2e}"

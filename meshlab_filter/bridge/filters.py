@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..simplification import COUNT_METHOD, CLUSTER_METHOD, simplify
+from ..simplification import CLUSTER_METHOD, COUNT_METHOD, simplify
 from .layer import current_normals, current_points, delete_vertices
 
 if TYPE_CHECKING:

@@ -230,7 +230,6 @@ METHODS: dict[str, Method] = {
             parameters=(
                 Parameter("evenness", float, 0.4, "0 only follows the shape, more spaces evenly"),
                 Parameter("crease_safety", float, 0.4, "more keeps sharp edges denser"),
-                Parameter("noisy", bool, False, "judge by positions smoothed to the surface"),
                 Parameter("noisy", bool, False, "judge the points by a smoothed cloud"),
             ),
             uses_normals=True,

@@ -1,0 +1,43 @@
+"""The short table at the end of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .console import error_table, show
+
+
+def show_run(report: dict[str, Any], out: Path) -> None:
+    """Print what came out of a run: counts, surface, errors, where the files are."""
+    points, surface, clusters = report["points"], report["surface"], report["clusters"]
+    lines = [
+        f"Points: {points['original']} -> {points['simplified']} "
+        f"({points['simplified'] / points['original']:.2%}), "
+        f"method {report['parameters']['method']}"
+    ]
+    if points["missed"]:
+        lines[0] += f", missed the count asked for by {points['missed']:+d}"
+    if clusters["total"] is not None:
+        lines.append(f"Clusters: {clusters['deleted']} of {clusters['total']} deleted")
+    if surface["surface"] == "none":
+        lines.append("Surface: none; the error is measured to the points that stay")
+    else:
+        compact = f"{surface['compactness']:.2%}"
+        if surface["compactness_before"] is not None:
+            compact += f" (before: {surface['compactness_before']:.2%})"
+        lines.append(
+            f"Surface: {surface['faces']} faces, {surface['holes']} holes, "
+            f"compactness 0.6 and above: {compact}"
+        )
+    if report["input"]["dropped"]:
+        lines.append(f"Left out: {report['input']['dropped']} points that were not finite")
+    if report["input"]["faces"]:
+        lines.append(f"Not used: the {report['input']['faces']} faces of the input")
+    seconds = sum(report["times"].values())
+    show(
+        *lines,
+        error_table(report["error"]),
+        f"Written to {out} in {seconds:.1f} s: open project.mlp in MeshLab; all figures are in "
+        "report.json.",
+    )
