@@ -1,0 +1,226 @@
+"""The paper's rule: clusters of low k-NN entropy are deleted whole (Algorithm 1).
+
+A. Mahdaoui and E. H. Sbai, "3D Point Cloud Simplification Based on k-Nearest Neighbor and
+Clustering", Advances in Multimedia 2020, article 8825205, doi 10.1155/2020/8825205.
+"""
+
+from __future__ import annotations
+
+import numbers
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..clustering import kmeans
+from ..entropy import cluster_entropy
+from ..errors import InvalidParameterError
+from ..validation import FloatArray, IntArray, check_integer, check_number, check_points
+from .ranking import Ranking
+
+# "The size of the clusters is 5 %": 20 points to a cluster on average.
+_CLUSTER_SHARE = 0.05
+
+
+def rank(
+    points: npt.ArrayLike,
+    *,
+    normals: npt.ArrayLike | None = None,
+    clusters: int | None = None,
+    delete: int | float | None = None,
+    keep: float | None = None,
+    count: int | None = None,
+    k: int | None = None,
+    init: str | npt.ArrayLike = "random",
+    max_iter: int = 100,
+    tol: float = 1e-4,
+    definition: str = "normalized",
+    keep_representative: bool = False,
+    seed: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> Ranking:
+    """Rank points by the entropy of their cluster: those of the lowest go first, together.
+
+    k-means splits the cloud, every cluster gets the entropy of the k-NN density of its points, and
+    the clusters of lowest entropy are deleted whole. Say how many with exactly one of ``delete``,
+    ``keep`` and ``count``.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 3)
+        Coordinates in any unit of length.
+    normals : array_like, optional
+        Not used; every method takes it.
+    clusters : int, optional
+        How many clusters. Defaults to 5 % of the points, at least 1.
+    delete : int or float, optional
+        How many clusters are deleted, or which share of them, more than 0 and less than 1.
+    keep : float, optional
+        Share of the points to keep, more than 0 and less than 1, reached as nearly as whole
+        clusters allow.
+    count : int, optional
+        How many points to keep, reached as nearly as whole clusters allow.
+    k : int, optional
+        Which neighbour gives the density. Defaults to √m rounded in a cluster of m points.
+    init, max_iter, tol
+        As in :func:`meshlab_filter.clustering.kmeans`.
+    definition : {"normalized", "differential", "raw"}
+        As in :func:`meshlab_filter.entropy.cluster_entropy`.
+    keep_representative : bool
+        Leave the point nearest the centroid of each deleted cluster.
+    seed : int
+        Seed of the random start of the clustering.
+    progress : callable, optional
+        Called with the share of the work that is done, from 0 to 1.
+
+    Returns
+    -------
+    Ranking
+        ``rank`` is the place of the point's cluster in ascending order of entropy, ties by the
+        number of the cluster, 0 … c − 1; a representative of a deleted cluster has rank c.
+        ``threshold`` is how many clusters are deleted. ``info`` has ``clusters``, ``deleted``,
+        ``missed`` (points kept beyond those asked for, negative if fewer; 0 with ``delete``),
+        ``inertia``, ``iterations`` and ``converged``.
+
+    Raises
+    ------
+    InvalidCloudError
+        If there are fewer points, or fewer distinct ones, than clusters.
+    InvalidParameterError
+        If a parameter is out of range, or more clusters are to be deleted than have an entropy.
+
+    Notes
+    -----
+    A cluster of one point has no density, hence no entropy: it ranks above the others and is
+    never deleted.
+
+    Examples
+    --------
+    Two clusters of four points on a line, the first evenly spaced, the other not: the uneven one
+    has the lower entropy.
+
+    >>> x = [0, 1, 2, 3, 100, 101, 102, 108]
+    >>> points = [[value, 0, 0] for value in x]
+    >>> result = rank(points, clusters=2, delete=1, init="spread")
+    >>> result.indices.tolist()
+    [0, 1, 2, 3]
+    >>> result.rank.tolist()
+    [1, 1, 1, 1, 0, 0, 0, 0]
+    """
+    array = check_points(points)
+    n = len(array)
+    if clusters is None:
+        clusters = max(1, round(_CLUSTER_SHARE * n))
+    else:
+        clusters = check_integer(clusters, name="clusters", minimum=1)
+    wanted = _wanted(n, clusters, delete=delete, keep=keep, count=count)
+    report = progress or (lambda done: None)
+    # The entropy takes about as long as two or three of the passes.
+    clustering = kmeans(
+        array,
+        clusters,
+        init=init,
+        max_iter=max_iter,
+        tol=tol,
+        seed=seed,
+        progress=lambda done: report(0.9 * done),
+    )
+    labels = clustering.labels
+    entropy = cluster_entropy(array, labels, k=k, definition=definition)
+    order = np.argsort(entropy, kind="stable")
+    place = np.empty(clusters, dtype=np.int64)
+    place[order] = np.arange(clusters)
+    sizes = np.bincount(labels, minlength=clusters)[order]
+    deletable = int(np.isfinite(entropy).sum())
+
+    if "delete" in wanted:
+        deleted = wanted["delete"]
+        if deleted > deletable:
+            raise InvalidParameterError(
+                f"Invalid delete. Must be at most {deletable}, the clusters of more than one "
+                f"point out of {clusters}. Given: {deleted}."
+            )
+    else:
+        deleted = _nearest_cut(
+            sizes[: min(deletable, clusters - 1)], n, wanted["count"], keep_representative
+        )
+    ranks = place[labels]
+    if keep_representative:
+        ranks[_representatives(array, labels, clustering.centroids, order[:deleted])] = clusters
+    kept = int((ranks >= deleted).sum())
+    report(1.0)
+    return Ranking(
+        rank=ranks,
+        threshold=deleted,
+        labels=labels,
+        entropy=entropy,
+        info={
+            "clusters": clusters,
+            "deleted": deleted,
+            "missed": kept - wanted["count"] if "count" in wanted else 0,
+            "inertia": clustering.inertia,
+            "iterations": clustering.n_iter,
+            "converged": clustering.converged,
+        },
+    )
+
+
+def _wanted(n: int, clusters: int, *, delete: Any, keep: Any, count: Any) -> dict[str, int]:
+    """Return what is asked for: {"delete": clusters} or {"count": points that stay}."""
+    given = {
+        name: value
+        for name, value in (("delete", delete), ("keep", keep), ("count", count))
+        if value is not None
+    }
+    if len(given) != 1:
+        said = ", ".join(f"{name}={value}" for name, value in given.items()) or "none of them"
+        raise InvalidParameterError(
+            f"Invalid target. Must be exactly one of delete, keep and count. Given: {said}."
+        )
+    if count is not None:
+        return {"count": check_integer(count, name="count", minimum=1, maximum=n)}
+    if keep is not None:
+        return {"count": max(1, round(_share(keep, "keep") * n))}
+    if isinstance(delete, numbers.Integral):
+        deleted = check_integer(delete, name="delete", minimum=0)
+    else:
+        deleted = round(_share(delete, "delete") * clusters)
+    if deleted >= clusters:
+        raise InvalidParameterError(
+            f"Invalid delete. Must be less than the {clusters} clusters. Given: {deleted}."
+        )
+    return {"delete": deleted}
+
+
+def _share(value: Any, name: str) -> float:
+    share = check_number(value, name=name)
+    if not 0 < share < 1:
+        raise InvalidParameterError(
+            f"Invalid {name}. A share must be more than 0 and less than 1. Given: {share}."
+        )
+    return share
+
+
+def _nearest_cut(sizes: IntArray, n: int, count: int, keep_representative: bool) -> int:
+    """Return how many clusters to delete to come nearest ``count``; the fewer if two are equal.
+
+    ``sizes`` are those of the clusters that may go, in the order they go.
+    """
+    losses = sizes - 1 if keep_representative else sizes
+    left = n - np.concatenate([[0], np.cumsum(losses)])
+    return int(np.argmin(np.abs(left - count)))
+
+
+def _representatives(
+    points: FloatArray, labels: IntArray, centroids: FloatArray, which: IntArray
+) -> IntArray:
+    """Return the point nearest the centroid of each of the clusters, the first of equals."""
+    chosen = np.zeros(len(centroids), dtype=bool)
+    chosen[which] = True
+    rows = np.flatnonzero(chosen[labels])
+    squared = ((points[rows] - centroids[labels[rows]]) ** 2).sum(axis=1)
+    order = np.lexsort((rows, squared, labels[rows]))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = labels[rows[order[1:]]] != labels[rows[order[:-1]]]
+    return rows[order[first]]
