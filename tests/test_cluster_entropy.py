@@ -68,13 +68,6 @@ def test_count_is_reached_as_nearly_as_clusters_allow(count, keep_representative
     assert abs(result.info["missed"]) == min(misses)
 
 
-def test_keep_is_a_share_of_the_points():
-    """Keep 0.25 asks for a quarter of the points."""
-    points = sphere(2000)
-    npt.assert_array_equal(rank(points, keep=0.25).rank, rank(points, count=500).rank)
-    assert rank(points, keep=0.25).threshold == rank(points, count=500).threshold
-
-
 def test_keep_representative():
     """Each deleted cluster leaves the point nearest its centroid, ranked above all clusters."""
     points = sphere(1000)
@@ -100,6 +93,21 @@ def test_single_point_clusters_are_never_deleted():
     assert rank(points, clusters=4, count=1, init=start).info["missed"] == 1
 
 
+def test_ranking_alone_deletes_nothing():
+    """Without a target every point stays, and still has its rank."""
+    result = rank(sphere(1000))
+    assert len(result.indices) == 1000
+    npt.assert_array_equal(result.rank, rank(sphere(1000), delete=9).rank)
+
+
+def test_default_clusters_of_few_distinct_points():
+    """The default is never more clusters than distinct points; a number given is an error."""
+    points = np.repeat(np.eye(3), 40, axis=0)
+    assert rank(points, delete=1).info["clusters"] == 3
+    with pytest.raises(InvalidCloudError, match="Too few distinct points"):
+        rank(points, delete=1, clusters=6)
+
+
 def test_default_clusters_of_a_tiny_cloud():
     """Five per cent of a few points is one cluster."""
     assert rank(sphere(3), delete=0).info["clusters"] == 1
@@ -108,14 +116,13 @@ def test_default_clusters_of_a_tiny_cloud():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({}, "exactly one of delete, keep and count. Given: none"),
-        ({"delete": 1, "count": 9}, "exactly one of .* Given: delete=1, count=9"),
+        ({"delete": 1, "count": 9}, "left out where count is given. Given: delete=1, count=9"),
         ({"delete": 5}, r"Invalid delete\. Must be less than the 5 clusters\. Given: 5"),
         ({"delete": -1}, r"Invalid delete\. Must be at least 0"),
         ({"delete": 1.5}, r"Invalid delete\. A share must be"),
         ({"delete": 0.99}, r"Invalid delete\. Must be less than the 5 clusters"),
-        ({"keep": 0.0}, r"Invalid keep\. A share must be"),
-        ({"keep": float("nan")}, "Invalid keep"),
+        ({"delete": 0.0}, r"Invalid delete\. A share must be"),
+        ({"delete": float("nan")}, "Invalid delete"),
         ({"count": 0}, "Invalid count"),
         ({"count": 101}, r"Invalid count\. Must be at most 100"),
         ({"clusters": 0, "delete": 0}, "Invalid clusters"),

@@ -56,7 +56,8 @@ def test_count_is_met(name, count, cloud):
         assert result.info.get("missed", 0) == 0
     else:
         assert result.info["missed"] == len(result.indices) - count
-        assert abs(result.info["missed"]) <= max(20, 0.02 * SIZE)
+        # Where whole clusters go, the last one left is what a count of 1 can be met with.
+        assert abs(result.info["missed"]) <= max(40, 0.02 * SIZE)
 
 
 @pytest.mark.parametrize("name", NUMPY_METHODS)

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..clustering import kmeans
+from ..clustering import Clustering, kmeans
 from ..entropy import cluster_entropy
-from ..errors import InvalidParameterError
+from ..errors import InvalidCloudError, InvalidParameterError
 from ..validation import FloatArray, IntArray, check_integer, check_number, check_points
 from .ranking import Ranking
 
@@ -29,7 +29,6 @@ def rank(
     normals: npt.ArrayLike | None = None,
     clusters: int | None = None,
     delete: int | float | None = None,
-    keep: float | None = None,
     count: int | None = None,
     k: int | None = None,
     init: str | npt.ArrayLike = "random",
@@ -43,8 +42,8 @@ def rank(
     """Rank points by the entropy of their cluster: those of the lowest go first, together.
 
     k-means splits the cloud, every cluster gets the entropy of the k-NN density of its points, and
-    the clusters of lowest entropy are deleted whole. Say how many with exactly one of ``delete``,
-    ``keep`` and ``count``.
+    the clusters of lowest entropy are deleted whole. Say how many with either ``delete`` or
+    ``count``; without both the points are ranked and none is deleted.
 
     Parameters
     ----------
@@ -53,12 +52,10 @@ def rank(
     normals : array_like, optional
         Not used; every method takes it.
     clusters : int, optional
-        How many clusters. Defaults to 5 % of the points, at least 1.
+        How many clusters. Defaults to 5 % of the points, at least 1 and at most as many as there
+        are distinct points.
     delete : int or float, optional
         How many clusters are deleted, or which share of them, more than 0 and less than 1.
-    keep : float, optional
-        Share of the points to keep, more than 0 and less than 1, reached as nearly as whole
-        clusters allow.
     count : int, optional
         How many points to keep, reached as nearly as whole clusters allow.
     k : int, optional
@@ -110,22 +107,33 @@ def rank(
     """
     array = check_points(points)
     n = len(array)
-    if clusters is None:
-        clusters = max(1, round(_CLUSTER_SHARE * n))
-    else:
-        clusters = check_integer(clusters, name="clusters", minimum=1)
-    wanted = _wanted(n, clusters, delete=delete, keep=keep, count=count)
     report = progress or (lambda done: None)
-    # The entropy takes about as long as two or three of the passes.
-    clustering = kmeans(
-        array,
-        clusters,
-        init=init,
-        max_iter=max_iter,
-        tol=tol,
-        seed=seed,
-        progress=lambda done: report(0.9 * done),
-    )
+
+    def cluster(number: int) -> Clustering:
+        # The entropy takes about as long as two or three of the passes.
+        return kmeans(
+            array,
+            number,
+            init=init,
+            max_iter=max_iter,
+            tol=tol,
+            seed=seed,
+            progress=lambda done: report(0.9 * done),
+        )
+
+    given = clusters is not None
+    clusters = clusters if given else max(1, round(_CLUSTER_SHARE * n))
+    clusters = check_integer(clusters, name="clusters", minimum=1)
+    wanted = _wanted(n, clusters, delete=delete, count=count)
+    try:
+        clustering = cluster(clusters)
+    except InvalidCloudError:
+        # Nobody asked for more clusters than there are distinct points.
+        if given:
+            raise
+        clusters = len(np.unique(array, axis=0))
+        wanted = _wanted(n, clusters, delete=delete, count=count)
+        clustering = cluster(clusters)
     labels = clustering.labels
     entropy = cluster_entropy(array, labels, k=k, definition=definition)
     order = np.argsort(entropy, kind="stable")
@@ -166,26 +174,21 @@ def rank(
     )
 
 
-def _wanted(n: int, clusters: int, *, delete: Any, keep: Any, count: Any) -> dict[str, int]:
+def _wanted(n: int, clusters: int, *, delete: Any, count: Any) -> dict[str, int]:
     """Return what is asked for: {"delete": clusters} or {"count": points that stay}."""
-    given = {
-        name: value
-        for name, value in (("delete", delete), ("keep", keep), ("count", count))
-        if value is not None
-    }
-    if len(given) != 1:
-        said = ", ".join(f"{name}={value}" for name, value in given.items()) or "none of them"
+    if delete is not None and count is not None:
         raise InvalidParameterError(
-            f"Invalid target. Must be exactly one of delete, keep and count. Given: {said}."
+            f"Invalid delete. Must be left out where count is given. "
+            f"Given: delete={delete}, count={count}."
         )
     if count is not None:
         return {"count": check_integer(count, name="count", minimum=1, maximum=n)}
-    if keep is not None:
-        return {"count": max(1, round(_share(keep, "keep") * n))}
+    if delete is None:
+        return {"delete": 0}
     if isinstance(delete, numbers.Integral):
         deleted = check_integer(delete, name="delete", minimum=0)
     else:
-        deleted = round(_share(delete, "delete") * clusters)
+        deleted = round(_share(delete) * clusters)
     if deleted >= clusters:
         raise InvalidParameterError(
             f"Invalid delete. Must be less than the {clusters} clusters. Given: {deleted}."
@@ -193,11 +196,11 @@ def _wanted(n: int, clusters: int, *, delete: Any, keep: Any, count: Any) -> dic
     return {"delete": deleted}
 
 
-def _share(value: Any, name: str) -> float:
-    share = check_number(value, name=name)
+def _share(value: Any) -> float:
+    share = check_number(value, name="delete")
     if not 0 < share < 1:
         raise InvalidParameterError(
-            f"Invalid {name}. A share must be more than 0 and less than 1. Given: {share}."
+            f"Invalid delete. A share must be more than 0 and less than 1. Given: {share}."
         )
     return share
 
