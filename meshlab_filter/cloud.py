@@ -145,7 +145,7 @@ def read_cloud(path: str | os.PathLike[str], *, drop_invalid: bool = False) -> C
         if isinstance(error, OutputError):
             raise
         raise FileFormatError(f"Cannot read the file: {error}. Given: {path}.") from error
-    finite: npt.NDArray[np.bool_] = np.isfinite(cloud.points).all(axis=1)
+    finite = np.asarray(np.isfinite(cloud.points).all(axis=1), dtype=bool)
     invalid = len(finite) - int(finite.sum()) + cloud.dropped
     if invalid and not drop_invalid:
         raise InvalidCloudError(
