@@ -84,7 +84,7 @@ def test_survivors_keep_their_records(outcome, scan):
 
 
 def test_project_opens_all_layers(outcome):
-    """pymeshlab opens the project with its three layers."""
+    """MeshLab opens the project with its three layers."""
     out, report = outcome
     meshset = import_pymeshlab().MeshSet(verbose=False)
     meshset.load_project(str(out / "project.mlp"))
@@ -127,7 +127,7 @@ def test_coordinates_far_from_the_origin(scan, tmp_path):
     near, far = tmp_path / "near.xyz", tmp_path / "far.xyz"
     points = np.round(sphere(), 3)
     np.savetxt(near, points, fmt="%.3f")
-    np.savetxt(far, points + [500_000, 4_100_000, 100], fmt="%.3f")
+    np.savetxt(far, points + np.array([500_000, 4_100_000, 100]), fmt="%.3f")
     first = mf.run(near, tmp_path / "a", clusters=75, delete=10, floor=False)
     second = mf.run(far, tmp_path / "b", clusters=75, delete=10, floor=False)
     assert first["points"] == pytest.approx(second["points"])
@@ -159,7 +159,7 @@ def brute_force_distance(points, vertices, faces):
 
 def test_distances_agree_with_an_independent_computation(outcome):
     """MeshLab's figures equal the distance to every triangle, computed one by one."""
-    out, report = outcome
+    out, _ = outcome
     data = plyfile.PlyData.read(str(out / "surface.ply"))
     vertices = np.column_stack([data["vertex"][axis] for axis in "xyz"])
     faces = np.vstack(data["face"]["vertex_indices"])
