@@ -4,60 +4,31 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .bridge.distance import distances
-from .bridge.layer import add_layer, current_normals
+from .bridge.layer import add_layer
 from .bridge.session import import_pymeshlab, load
-from .bridge.surface import compute_normals, reconstruct
-from .cloud import Cloud, check_readable, read_cloud, write_cloud
+from .cloud import check_readable, read_cloud, write_cloud
 from .colormap import colorize
-from .errors import InvalidCloudError, MeshLabError, OutputError
+from .errors import InvalidCloudError, OutputError
+from .measure import Outcome, error_scale, errors, figures, measure, prepare, worst_near
 from .outputs import writing_folder
 from .project import write_project
 from .provenance import comments, fingerprint, versions
-from .quality import (
-    PAPER_CUT,
-    acceptable_share,
-    compactness,
-    covering_radius,
-    edge_defects,
-    summarise_errors,
-)
+from .quality import acceptable_share, compactness, edge_defects
 from .report import SCHEMA_VERSION, write_report
-from .simplification import Simplification, check_cloud, simplify
+from .simplification import simplify
 from .stopwatch import Stopwatch
 from .surfacefile import write_surface
-from .validation import FloatArray, IntArray
 
 #: Called with the name of a stage and the share of it done, None where that is not known.
 Progress = Callable[[str, "float | None"], object]
 
 FILES = ("simplified.ply", "surface.ply", "original.ply", "project.mlp", "report.json")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Measured:
-    """A surface and how far the original points are from it.
-
-    Attributes
-    ----------
-    points, faces : numpy.ndarray, shapes (V, 3) and (F, 3)
-        The surface; for ball pivoting its points are the cloud's, in the same order.
-    distances : numpy.ndarray, shape (N,), float64
-        Of every original point, in the cloud's unit.
-    reconstruction : dict
-        Kind of surface, spacing and radii.
-    """
-
-    points: FloatArray
-    faces: IntArray
-    distances: FloatArray
-    reconstruction: dict[str, Any]
 
 
 def run(
@@ -113,17 +84,13 @@ def run(
         (out / name).exists() and (out / name).samefile(path) for name in FILES
     ):
         raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
-    with watch("read"):
-        cloud = read_cloud(path, drop_invalid=drop_invalid)
-        check_cloud(cloud.points)
-        origin = (cloud.points.min(axis=0) + cloud.points.max(axis=0)) / 2
-    with watch("normals"):
-        normals, estimated = _normals(cloud, origin)
+    scan = prepare(path, drop_invalid=drop_invalid, watch=watch)
+    cloud = scan.cloud
     with watch("simplify"):
         result = simplify(
             cloud.points,
             method=method,
-            normals=normals,
+            normals=scan.normals,
             count=count,
             keep=keep,
             seed=seed,
@@ -131,13 +98,12 @@ def run(
             **parameters,
         )
     with watch("surface and error"):
-        measured = _measure(cloud.points, normals, result.indices, surface, origin)
+        measured = measure(scan, result.indices, surface=surface)
     base = None
     if floor and surface != "none":
         with watch("floor"):
-            everything = np.arange(len(cloud.points))
-            base = _measure(cloud.points, normals, everything, surface, origin)
-    report = _figures(cloud, result, measured, base)
+            base = measure(scan, np.arange(len(cloud.points)), surface=surface)
+    outcome = Outcome(scan=scan, result=result, measured=measured, base=base)
     report = {
         "schema": SCHEMA_VERSION,
         "input": {**fingerprint(path), "dropped": cloud.dropped, "faces": cloud.faces},
@@ -149,13 +115,13 @@ def run(
             "drop_invalid": drop_invalid,
         },
         "versions": versions(),
-        "normals": "estimated" if estimated else "from the file",
-        **report,
+        "normals": "estimated" if scan.estimated else "from the file",
+        **figures(outcome),
     }
     lines = comments(report)
     with writing_folder(out) as staging:
         with watch("write"):
-            _write(staging, cloud, result, measured, lines)
+            _write(staging, outcome, lines)
         report["times"] = watch.times
         write_report(report, staging / "report.json")
     return report
@@ -213,116 +179,17 @@ def compare(
         "diagonal": diagonal,
         "original": {**fingerprint(clouds[0].path), **_counts(meshset.mesh(ids[0]))},
         "other": {**fingerprint(clouds[1].path), **_counts(meshset.mesh(ids[1]))},
-        "error": _errors(distances(meshset, ids[0], ids[1]), diagonal),
-        "backward": _errors(distances(meshset, ids[1], ids[0]), diagonal),
+        "error": errors(distances(meshset, ids[0], ids[1]), diagonal),
+        "backward": errors(distances(meshset, ids[1], ids[0]), diagonal),
         "versions": versions(),
     }
 
 
-def _normals(cloud: Cloud, origin: FloatArray) -> tuple[FloatArray, bool]:
-    """Return the cloud's normals, or MeshLab's estimate where it has none, and whether it had."""
-    if cloud.normals is not None and np.isfinite(cloud.normals).all():
-        lengths = np.linalg.norm(cloud.normals, axis=1)
-        if (lengths > 0).all():
-            return cloud.normals / lengths[:, None], False
-    meshset = import_pymeshlab().MeshSet(verbose=False)
-    add_layer(meshset, cloud.points - origin)
-    compute_normals(meshset)
-    normals = current_normals(meshset)
-    if normals is None:
-        from .normals import estimate_normals
-
-        normals = estimate_normals(cloud.points)
-    return normals, True
-
-
-def _measure(
-    points: FloatArray, normals: FloatArray, kept: IntArray, surface: str, origin: FloatArray
-) -> Measured:
-    """Rebuild a surface through some of the points and measure all of them against it."""
-    meshset = import_pymeshlab().MeshSet(verbose=False)
-    # MeshLab computes partly in single precision: near the origin nothing is lost.
-    add_layer(meshset, points - origin, name="original")
-    original = meshset.current_mesh_id()
-    add_layer(meshset, points[kept] - origin, normals=normals[kept], name="surface")
-    reconstruction = reconstruct(meshset, surface=surface)
-    mesh = meshset.current_mesh()
-    if surface != "none" and mesh.face_number() == 0:
-        raise MeshLabError(
-            f"MeshLab found no triangle through the {len(kept)} points; they may be too few or "
-            "lie on a line (use --surface none to measure against the points themselves)."
-        )
-    vertices = points[kept] if surface != "screened-poisson" else mesh.vertex_matrix() + origin
-    faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
-    return Measured(
-        points=vertices,
-        faces=faces,
-        distances=distances(meshset, original, mesh.id()),
-        reconstruction=reconstruction,
-    )
-
-
-def _errors(found: FloatArray, diagonal: float) -> dict[str, Any]:
-    return {
-        "uncut": summarise_errors(found, diagonal=diagonal),
-        "cut": summarise_errors(found, diagonal=diagonal, cut=PAPER_CUT),
-    }
-
-
-def _figures(
-    cloud: Cloud, result: Simplification, measured: Measured, base: Measured | None
-) -> dict[str, Any]:
-    """Gather what the report says about the outcome."""
-    diagonal = cloud.diagonal
-    kept = cloud.points[result.indices]
-    clusters = len(result.entropy) if result.entropy is not None else None
-    before = None
-    error: dict[str, Any] = _errors(measured.distances, diagonal)
-    error["floor"] = None
-    if base is not None:
-        error["floor"] = summarise_errors(base.distances, diagonal=diagonal)
-        error["floor_cut"] = summarise_errors(base.distances, diagonal=diagonal, cut=PAPER_CUT)
-        before = acceptable_share(compactness(base.points, base.faces))
-    return {
-        "diagonal": diagonal,
-        "points": {
-            "original": len(cloud.points),
-            "simplified": len(kept),
-            "removed": len(cloud.points) - len(kept),
-            "missed": result.missed,
-            "covering_radius": covering_radius(cloud.points, kept) / diagonal,
-        },
-        "clusters": {
-            "total": clusters,
-            "deleted": result.threshold if clusters is not None else None,
-        },
-        "surface": {
-            **measured.reconstruction,
-            "vertices": len(measured.points),
-            "faces": len(measured.faces),
-            **edge_defects(measured.faces),
-            "compactness": acceptable_share(compactness(measured.points, measured.faces)),
-            "compactness_before": before,
-        },
-        "error": error,
-        "method_info": result.info,
-    }
-
-
-def _write(
-    folder: Path,
-    cloud: Cloud,
-    result: Simplification,
-    measured: Measured,
-    lines: list[str],
-) -> None:
-    from scipy.spatial import cKDTree
-
-    _, nearest = cKDTree(measured.points).query(cloud.points, workers=-1)
-    worst = np.zeros(len(measured.points))
-    np.maximum.at(worst, nearest, measured.distances)
-    top = float(np.percentile(measured.distances, 99)) or float(measured.distances.max())
-    write_cloud(cloud, folder / "simplified.ply", indices=result.indices, comments=lines)
+def _write(folder: Path, outcome: Outcome, lines: list[str]) -> None:
+    cloud, measured = outcome.scan.cloud, outcome.measured
+    worst = worst_near(measured.points, cloud.points, measured.distances)
+    top = error_scale(measured.distances)
+    write_cloud(cloud, folder / "simplified.ply", indices=outcome.result.indices, comments=lines)
     write_cloud(
         cloud, folder / "original.ply", comments=lines, extra={"quality": measured.distances}
     )
