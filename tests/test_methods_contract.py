@@ -42,6 +42,7 @@ def test_registry_tells_the_truth_about_parameters(name):
     own = {key: value.default for key, value in signature.items() if key not in other}
     assert own == {parameter.name: parameter.default for parameter in METHODS[name].parameters}
     assert set(common) <= set(signature)
+    assert METHODS[name].reports_progress == ("progress" in signature)
     assert all(value.kind is value.KEYWORD_ONLY for value in list(signature.values())[1:])
 
 
@@ -143,8 +144,9 @@ NUMBERS = [
 def test_bad_parameters_are_refused(name, parameter, value, cloud):
     """A number out of range or no number at all is refused by the parameter's name."""
     points, normals = cloud
+    others = {} if parameter in ("delete", "keep") else {"count": 100}
     with pytest.raises(InvalidParameterError, match=parameter):
-        METHODS[name].load()(points, normals=normals, **{parameter: value})
+        METHODS[name].load()(points, normals=normals, **others, **{parameter: value})
 
 
 @pytest.mark.parametrize("name", NUMPY_METHODS)

@@ -76,6 +76,8 @@ class Parameter:
         if self.default is None and text.lower() == "none":
             return None
         try:
+            if self.type is float:
+                return int(text) if text.lstrip("+-").isdecimal() else float(text)
             if self.type is not bool:
                 return self.type(text)
             if text.lower() not in _TRUE + _FALSE:
@@ -116,6 +118,8 @@ class Method:
         Whether every point has its own rank, so that one run holds every level of detail.
     seeded : bool
         Whether the seed makes the result repeatable; False only for MeshLab's own samplers.
+    reports_progress : bool
+        Whether the rank function takes ``progress``, called with the share done, 0 … 1.
     """
 
     name: str
@@ -129,6 +133,7 @@ class Method:
     exact_count: bool = False
     total_order: bool = False
     seeded: bool = True
+    reports_progress: bool = False
 
     def load(self) -> RankFunction:
         """Import the method's module and return its rank function.
@@ -217,6 +222,8 @@ def get_method(name: str) -> Method:
 
 
 _NEIGHBORS = Parameter("neighbors", int, 15, "nearest neighbours a point is judged by")
+_CLUSTERS = Parameter("clusters", int, None, "number of clusters; none: 5 % of the points")
+_DENSITY_K = Parameter("k", int, None, "neighbour of the density; none: the cluster's rounded root")
 
 METHODS: dict[str, Method] = {
     method.name: method
@@ -235,6 +242,7 @@ METHODS: dict[str, Method] = {
             uses_normals=True,
             exact_count=True,
             total_order=True,
+            reports_progress=True,
         ),
         Method(
             name="cluster-entropy",
@@ -244,15 +252,18 @@ METHODS: dict[str, Method] = {
             source="Mahdaoui and Sbai 2020, Advances in Multimedia 8825205, "
             "doi:10.1155/2020/8825205",
             parameters=(
-                Parameter("clusters", int, None, "number of clusters; none: 5 % of the points"),
-                Parameter("delete", int, None, "clusters to delete; none: from the count"),
-                Parameter("k", int, None, "neighbours of the density; none: the rounded root of m"),
+                _CLUSTERS,
+                Parameter(
+                    "delete", float, None, "clusters to delete: a number, or a share below 1"
+                ),
+                _DENSITY_K,
                 Parameter("init", str, "random", "start of k-means: random, k-means++ or spread"),
                 Parameter("max_iter", int, 100, "most k-means iterations"),
                 Parameter("tol", float, 1e-4, "k-means ends when centres move less, squared"),
                 Parameter("definition", str, "normalized", "normalized, differential or raw"),
                 Parameter("keep_representative", bool, False, "leave one point a deleted cluster"),
             ),
+            reports_progress=True,
         ),
         Method(
             name="random",
@@ -380,8 +391,8 @@ METHODS: dict[str, Method] = {
             source="Mahdaoui, Marhraoui Hsaini, Bouazi and Sbai 2018, Entropic method for 3D "
             "point cloud simplification",
             parameters=(
-                Parameter("clusters", int, None, "number of clusters; none: 5 % of the points"),
-                Parameter("k", int, None, "neighbours of the density; none: the rounded root of m"),
+                _CLUSTERS,
+                _DENSITY_K,
                 Parameter("threshold", float, None, "entropy change below which a point goes"),
             ),
             exact_count=True,
