@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -179,7 +180,8 @@ class FilterScript:
                     f"Invalid comment. Must not contain two hyphens in a row or end in one. "
                     f"Given: {paragraph!r}."
                 )
-            root.appendChild(document.createComment(f" {paragraph} "))
+            lines = textwrap.wrap(paragraph, 96, break_on_hyphens=False)
+            root.appendChild(document.createComment(f" {(chr(10) + '  ').join(lines)} "))
         if self.instruction is not None:
             data = self.instruction.data()
             root.appendChild(document.createProcessingInstruction(INSTRUCTION, data))

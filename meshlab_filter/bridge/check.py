@@ -152,9 +152,10 @@ def _check_values(
             must = f"give {param.name!r} a value that MeshLab takes"
             given = f"{param.value!r} ({' '.join(str(error).split()).rstrip('.')})"
             raise fault(script, filter_, must, given, line=param.line) from error
-        if param.type == "RichDynamicFloat" and taken != np.float32(param.value):
-            must = f"give {param.name!r} a value in its range, such as {taken:g}"
-            raise fault(script, filter_, must, f"{param.value:g}", line=param.line)
+        if param.type == "RichDynamicFloat" and taken != np.float32(value):
+            # pymeshlab moves a value outside the range to its nearer end.
+            must = f"give {param.name!r} a value in its range, which ends at {taken:g}"
+            raise fault(script, filter_, must, f"{value:g}", line=param.line)
 
 
 class _Layers:

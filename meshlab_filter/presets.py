@@ -1,0 +1,329 @@
+"""Ready filter scripts: one for each model of the paper, and two for any cloud."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from .errors import PresetError
+from .mlx import Filter, FilterScript, Param, format_number
+from .recipe import Recipe
+from .simplification import COUNT_METHOD, DEFAULT_DELETE
+
+#: No distance is farther, so nothing is cut off.
+FAR = 1e30
+
+#: Where the paper's error figures cut off, as a share of the bounding box's diagonal.
+PAPER_CUT = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Published:
+    """What the paper reports for a model.
+
+    Attributes
+    ----------
+    points, left : int
+        Points of the model, and those that stay.
+    mean, maximum : float or None
+        Errors as shares of the diagonal; Fig. 7 gives none.
+    place : str
+        "Table 1" or "Fig. 7".
+    """
+
+    points: int
+    left: int
+    mean: float | None = None
+    maximum: float | None = None
+    place: str = "Table 1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preset:
+    """One preset: how the cloud is ranked, and where it is cut.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file without ``.mlx``.
+    title : str
+        What it is for.
+    cut : float
+        Vertices whose quality is below are deleted.
+    recipe : Recipe
+    published : Published or None
+    """
+
+    name: str
+    title: str
+    cut: float
+    recipe: Recipe = field(default_factory=Recipe)
+    published: Published | None = None
+
+    def comment(self) -> str:
+        """Return what the file says about itself, in paragraphs."""
+        paragraphs = [f"{self.title}."]
+        paragraphs.append(
+            f"On the command line: meshlab-filter run scan.ply -p {self.name} ranks the cloud as "
+            "the instruction below says and runs these filters. In MeshLab: meshlab-filter "
+            f"annotate scan.ply annotated.ply -p {self.name} writes a cloud whose vertex quality q "
+            "is the rank; open it, then Filters, Show current filter script, Open Script, Apply "
+            f"Script. Another number for {format_number(self.cut)} in the condition is another "
+            "level of detail of the same cloud."
+        )
+        if self.published is not None:
+            paper = self.published
+            text = (
+                f"The paper ({paper.place} of Mahdaoui and Sbai 2020, doi 10.1155/2020/8825205) "
+                f"keeps {paper.left} of {paper.points} points"
+            )
+            if paper.mean is not None and paper.maximum is not None:
+                text += (
+                    f" and reports a mean error of {paper.mean:.6f} and a maximum of "
+                    f"{paper.maximum:.6f} of the diagonal, cut off at 1 % of it; MaxDist below "
+                    "cuts nothing off"
+                )
+            paragraphs.append(text + ".")
+        return "\n\n".join(paragraphs)
+
+    def script(self) -> FilterScript:
+        """Return the filter script."""
+        return FilterScript(
+            (*thinning(self.cut), point_normals(), ball_pivoting(), hausdorff()),
+            self.recipe.instruction(),
+            self.comment(),
+            source=f"{self.name}.mlx",
+        )
+
+
+def _model(name: str, model: str, clusters: int, delete: int, published: Published) -> Preset:
+    return Preset(
+        name=name,
+        title=f"{model} as in the paper: {clusters} clusters, the {delete} of lowest entropy go",
+        cut=delete,
+        recipe=Recipe(parameters={"clusters": clusters, "delete": delete, "init": "random"}),
+        published=published,
+    )
+
+
+_BUNNY_40 = Published(points=16130, left=15684, place="Fig. 7")
+_BUNNY_30 = Published(points=16130, left=15813, place="Fig. 7")
+
+#: Every preset by its name.
+PRESETS: dict[str, Preset] = {
+    preset.name: preset
+    for preset in (
+        Preset(
+            name="default",
+            title="Any cloud, the paper's rule: clusters of 20 points on average (5 %), "
+            f"{100 * DEFAULT_DELETE:.3g} % of them go",
+            cut=round(100 * DEFAULT_DELETE, 6),
+            recipe=Recipe(
+                parameters={"clusters": 0.05, "delete": DEFAULT_DELETE, "init": "random"},
+                quality="percent",
+            ),
+        ),
+        Preset(
+            name="adaptive",
+            title="Any cloud, decimation in rounds: the 10 % of the points stay that tell most",
+            cut=90,
+            recipe=Recipe(method=COUNT_METHOD, quality="percent"),
+        ),
+        _model("david", "David", 458, 20, Published(
+            points=182996, left=177454, mean=0.000690, maximum=0.009997)),
+        _model("fandisk", "Fandisk", 2590, 310, Published(
+            points=103568, left=93809, mean=0.000434, maximum=0.009989)),
+        _model("bimba", "Bimba", 3739, 100, Published(
+            points=74764, left=73458, mean=0.000002, maximum=0.005166)),
+        _model("max_planck", "Max Planck", 2455, 50, Published(
+            points=49089, left=48481, mean=0.000024, maximum=0.009972)),
+        _model("bunny", "Bunny", 807, 60, Published(
+            points=16130, left=15489, mean=0.0001, maximum=0.009988)),
+        _model("bunny_40", "Bunny", 807, 40, _BUNNY_40),
+        _model("bunny_30", "Bunny", 807, 30, _BUNNY_30),
+        _model("genus", "Genus", 832, 30, Published(
+            points=2496, left=2436, mean=0.000113, maximum=0.009878)),
+    )
+}  # fmt: skip
+
+
+def folder() -> Path:
+    """Return the folder of the presets: inside the installed package, or of the source tree.
+
+    Raises
+    ------
+    PresetError
+        If there is neither.
+
+    Examples
+    --------
+    >>> (folder() / "bunny.mlx").exists()
+    True
+    """
+    here = Path(__file__).parent
+    for place in (here / "mlx_presets", here.parent / "mlx_presets"):
+        if place.is_dir():
+            return place
+    raise PresetError(
+        "The folder of presets is missing; reinstall meshlab-filter. "
+        f"Given: {here / 'mlx_presets'}."
+    )
+
+
+def find(preset: str | os.PathLike[str]) -> Path:
+    """Return the file of a preset given by its name, or by a path of a filter script.
+
+    Parameters
+    ----------
+    preset : str or path
+        A name of :data:`PRESETS`, or a path that ends in ``.mlx``.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    PresetError
+        If there is no such preset or file, with the nearest names.
+
+    Examples
+    --------
+    >>> find("bunny").name
+    'bunny.mlx'
+    """
+    text = os.fspath(preset)
+    if text in PRESETS:
+        return folder() / f"{text}.mlx"
+    if text.lower().endswith(".mlx") or os.sep in text:
+        path = Path(text)
+        if path.is_file():
+            return path
+        raise PresetError(f"No such filter script. Must be an existing .mlx file. Given: {text}.")
+    import difflib
+
+    near = difflib.get_close_matches(text, PRESETS, n=3) or list(PRESETS)
+    raise PresetError(
+        f"Unknown preset. Must be a file ending in .mlx, or a name that `meshlab-filter presets` "
+        f"lists, such as {', '.join(near)}. Given: {text!r}."
+    )
+
+
+def fit(script: FilterScript, *, radii: Sequence[float], diagonal: float) -> FilterScript:
+    """Return the script with the lengths in it made for one cloud.
+
+    Parameters
+    ----------
+    script : FilterScript
+    radii : sequence of float
+        Of the passes of ball pivoting that take the place of one with the automatic radius.
+    diagonal : float
+        Of the cloud's bounding box. The Hausdorff filter is cut off at 1 % of it, as in the paper.
+
+    Examples
+    --------
+    >>> fitted = fit(PRESETS["bunny"].script(), radii=[1, 1.5], diagonal=160)
+    >>> [f["BallRadius"].value for f in fitted if f.name == "Surface Reconstruction: Ball Pivoting"]
+    [1.0, 1.5]
+    >>> fitted.filters[-1]["MaxDist"].value
+    1.6
+    """
+    filters: list[Filter] = []
+    for filter_ in script:
+        values = filter_.values()
+        if filter_.name == _BALL_PIVOTING and values.get("BallRadius") == 0:
+            filters += [ball_pivoting(radius, clustering=5, largest=diagonal) for radius in radii]
+        elif filter_.name == _HAUSDORFF:
+            cut = replace(filter_["MaxDist"], value=PAPER_CUT * diagonal, maximum=float(diagonal))
+            kept = tuple(cut if p.name == "MaxDist" else p for p in filter_.params)
+            filters.append(replace(filter_, params=kept))
+        else:
+            filters.append(filter_)
+    return replace(script, filters=tuple(filters))
+
+
+_BALL_PIVOTING = "Surface Reconstruction: Ball Pivoting"
+_HAUSDORFF = "Hausdorff Distance"
+
+
+def thinning(cut: float) -> tuple[Filter, ...]:
+    """Return the filters that copy the layer and delete what ranks below the cut."""
+    condition = f"(q < {format_number(cut)})"
+    return (
+        Filter("Duplicate Current layer"),
+        Filter("Conditional Vertex Selection", _params(condSelect=("RichString", condition))),
+        Filter("Delete Selected Vertices"),
+    )
+
+
+def point_normals() -> Filter:
+    """Return the filter that estimates normals from 12 neighbours."""
+    return Filter(
+        "Compute normals for point sets",
+        _params(
+            K=("RichInt", 12),
+            smoothIter=("RichInt", 0),
+            flipFlag=("RichBool", False),
+            viewPos=("RichPoint3f", (0.0, 0.0, 0.0)),
+        ),
+    )
+
+
+def ball_pivoting(
+    radius: float = 0.0, *, clustering: float = 20.0, largest: float = 100.0
+) -> Filter:
+    """Return a pass of ball pivoting; radius 0 lets MeshLab choose it."""
+    return Filter(
+        _BALL_PIVOTING,
+        (
+            Param(name="BallRadius", type="RichAbsPerc", value=float(radius), minimum=0.0,
+                  maximum=float(max(largest, radius))),
+            *_params(
+                Clustering=("RichFloat", float(clustering)),
+                CreaseThr=("RichFloat", 90.0),
+                DeleteFaces=("RichBool", False),
+            ),
+        ),
+    )  # fmt: skip
+
+
+def hausdorff(*, sampled: int = 0, target: int = 1, cut: float = FAR) -> Filter:
+    """Return the filter that measures every vertex of one layer against another layer."""
+    return Filter(
+        _HAUSDORFF,
+        (
+            *_params(
+                SampledMesh=("RichMesh", sampled),
+                TargetMesh=("RichMesh", target),
+                SaveSample=("RichBool", False),
+                SampleVert=("RichBool", True),
+                SampleEdge=("RichBool", False),
+                SampleFauxEdge=("RichBool", False),
+                SampleFace=("RichBool", False),
+                SampleNum=("RichInt", 10_000_000),
+            ),
+            Param(name="MaxDist", type="RichAbsPerc", value=cut, minimum=0.0, maximum=FAR),
+        ),
+    )
+
+
+def screened_poisson() -> Filter:
+    """Return Poisson reconstruction as `meshlab_filter.run` does it; it makes a layer."""
+    return Filter(
+        "Surface Reconstruction: Screened Poisson",
+        _params(
+            visibleLayer=("RichBool", False), depth=("RichInt", 8), fullDepth=("RichInt", 5),
+            cgDepth=("RichInt", 0), scale=("RichFloat", 1.1), samplesPerNode=("RichFloat", 1.5),
+            pointWeight=("RichFloat", 4.0), iters=("RichInt", 8), confidence=("RichBool", False),
+            preClean=("RichBool", True), threads=("RichInt", 1),
+        ),
+    )  # fmt: skip
+
+
+def _params(**params: tuple[str, Any]) -> tuple[Param, ...]:
+    return tuple(
+        Param(name=name, type=type_, value=value) for name, (type_, value) in params.items()
+    )
