@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -138,9 +139,10 @@ class Recipe:
         arguments = {name: value for name, value in self.parameters.items() if value is not None}
         if isinstance(arguments.get("clusters"), float):
             arguments["clusters"] = max(1, round(arguments["clusters"] * len(array)))
-        if progress is not None and method.reports_progress:
+        function = method.load()
+        if progress is not None and "progress" in inspect.signature(function).parameters:
             arguments["progress"] = progress
-        return method.load()(array, normals=normals, count=self.count, seed=self.seed, **arguments)
+        return function(array, normals=normals, count=self.count, seed=self.seed, **arguments)
 
     def values(self, ranking: Ranking) -> FloatArray:
         """Return the quality of every vertex, shape (N,), for the filters that come after.
