@@ -194,7 +194,7 @@ def _param(attrs: AttributesImpl, reader: _Reader) -> Param:
         low, value, high = number("min"), number("value"), number("max")
         # MeshLab's own field for a percentage goes a whole range below and to twice the maximum.
         spread = type_ == "RichAbsPerc"
-        least, most = (2 * low - high, 2 * high) if spread else (low, high)
+        least, most = (2 * low - high, max(high, 2 * high)) if spread else (low, high)
         if not (low <= high and least <= value <= most):
             must = f"give {name!r} ({type_}) a value from {least:g} to {most:g}, by its own bounds"
             raise reader.fault(must, f"{value:g}")
