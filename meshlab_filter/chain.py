@@ -12,7 +12,7 @@ import numpy as np
 from .bridge.distance import distances
 from .bridge.layer import add_layer
 from .bridge.session import import_pymeshlab, load
-from .cloud import check_readable, read_cloud, write_cloud
+from .cloud import Cloud, check_readable, read_cloud, write_cloud
 from .colormap import colorize
 from .errors import InvalidCloudError, OutputError
 from .measure import Outcome, error_scale, errors, figures, measure, prepare, worst_near
@@ -121,7 +121,7 @@ def run(
     lines = comments(report)
     with writing_folder(out) as staging:
         with watch("write"):
-            _write(staging, outcome, lines)
+            write_results(staging, outcome, lines)
         report["times"] = watch.times
         write_report(report, staging / "report.json")
     return report
@@ -185,11 +185,24 @@ def compare(
     }
 
 
-def _write(folder: Path, outcome: Outcome, lines: list[str]) -> None:
+def write_results(folder: Path, outcome: Outcome, lines: list[str]) -> None:
+    """Write all files of a run but the report.
+
+    Parameters
+    ----------
+    folder : Path
+    outcome : Outcome
+    lines : list of str
+        Provenance, for the headers.
+    """
     cloud, measured = outcome.scan.cloud, outcome.measured
     worst = worst_near(measured.points, cloud.points, measured.distances)
     top = error_scale(measured.distances)
-    write_cloud(cloud, folder / "simplified.ply", indices=outcome.result.indices, comments=lines)
+    if outcome.other is not None:
+        write_cloud(Cloud(points=outcome.other), folder / "simplified.ply", comments=lines)
+    else:
+        indices = outcome.result.indices
+        write_cloud(cloud, folder / "simplified.ply", indices=indices, comments=lines)
     write_cloud(
         cloud, folder / "original.ply", comments=lines, extra={"quality": measured.distances}
     )

@@ -81,12 +81,22 @@ class Outcome:
         The surface of what is left.
     base : Measured or None
         The same chain on the untouched cloud: the floor.
+    other : numpy.ndarray, shape (M, 3), or None
+        What is left of the cloud, if it is other points than the cloud's own.
     """
 
     scan: Scan
     result: Simplification
     measured: Measured
     base: Measured | None
+    other: FloatArray | None = None
+
+    @property
+    def kept(self) -> FloatArray:
+        """The points that are left, shape (M, 3)."""
+        if self.other is not None:
+            return self.other
+        return self.scan.cloud.points[self.result.indices]
 
 
 def prepare(path: Path, *, drop_invalid: bool, watch: Stopwatch) -> Scan:
@@ -226,7 +236,7 @@ def figures(outcome: Outcome) -> dict[str, Any]:
     cloud, result = outcome.scan.cloud, outcome.result
     measured, base = outcome.measured, outcome.base
     diagonal = cloud.diagonal
-    kept = cloud.points[result.indices]
+    kept = outcome.kept
     clusters = len(result.entropy) if result.entropy is not None else None
     before = None
     error: dict[str, Any] = errors(measured.distances, diagonal)
@@ -242,6 +252,7 @@ def figures(outcome: Outcome) -> dict[str, Any]:
             "simplified": len(kept),
             "removed": len(cloud.points) - len(kept),
             "missed": result.missed,
+            "threshold": result.threshold,
             "covering_radius": covering_radius(cloud.points, kept) / diagonal,
         },
         "clusters": {

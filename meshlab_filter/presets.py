@@ -6,18 +6,12 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
-from .errors import PresetError
-from .mlx import Filter, FilterScript, Param, format_number
+from .errors import OutputError, PresetError
+from .mlx import FilterScript, format_number, read
 from .recipe import Recipe
 from .simplification import COUNT_METHOD, DEFAULT_DELETE
-
-#: No distance is farther, so nothing is cut off.
-FAR = 1e30
-
-#: Where the paper's error figures cut off, as a share of the bounding box's diagonal.
-PAPER_CUT = 0.01
+from .steps import ball_pivoting, hausdorff, point_normals, thinning
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,118 +206,63 @@ def find(preset: str | os.PathLike[str]) -> Path:
     )
 
 
-def fit(script: FilterScript, *, radii: Sequence[float], diagonal: float) -> FilterScript:
-    """Return the script with the lengths in it made for one cloud.
+def open_script(preset: str | os.PathLike[str] | FilterScript) -> FilterScript:
+    """Return the filter script of a preset.
 
     Parameters
     ----------
-    script : FilterScript
-    radii : sequence of float
-        Of the passes of ball pivoting that take the place of one with the automatic radius.
-    diagonal : float
-        Of the cloud's bounding box. The Hausdorff filter is cut off at 1 % of it, as in the paper.
+    preset : str, path or FilterScript
+        A name, the path of an .mlx file, or a script that is returned as it is.
 
-    Examples
-    --------
-    >>> fitted = fit(PRESETS["bunny"].script(), radii=[1, 1.5], diagonal=160)
-    >>> [f["BallRadius"].value for f in fitted if f.name == "Surface Reconstruction: Ball Pivoting"]
-    [1.0, 1.5]
-    >>> fitted.filters[-1]["MaxDist"].value
-    1.6
+    Raises
+    ------
+    PresetError
+        As :func:`find` and :func:`meshlab_filter.mlx.read`.
     """
-    filters: list[Filter] = []
-    for filter_ in script:
-        values = filter_.values()
-        if filter_.name == _BALL_PIVOTING and values.get("BallRadius") == 0:
-            filters += [ball_pivoting(radius, clustering=5, largest=diagonal) for radius in radii]
-        elif filter_.name == _HAUSDORFF:
-            cut = replace(filter_["MaxDist"], value=PAPER_CUT * diagonal, maximum=float(diagonal))
-            kept = tuple(cut if p.name == "MaxDist" else p for p in filter_.params)
-            filters.append(replace(filter_, params=kept))
-        else:
-            filters.append(filter_)
-    return replace(script, filters=tuple(filters))
+    if isinstance(preset, FilterScript):
+        return preset
+    script = read(find(preset))
+    # Where the package lies has no place in messages and in the headers of outputs.
+    return replace(script, source=f"{preset}.mlx") if preset in PRESETS else script
 
 
-_BALL_PIVOTING = "Surface Reconstruction: Ball Pivoting"
-_HAUSDORFF = "Hausdorff Distance"
+def copy(
+    names: Sequence[str], target: str | os.PathLike[str], *, overwrite: bool = False
+) -> list[Path]:
+    """Copy presets to a folder, which is made if it does not exist.
 
+    Parameters
+    ----------
+    names : sequence of str
+        All presets if empty.
+    target : path-like
+    overwrite : bool
+        Replace files of the same name.
 
-def thinning(cut: float) -> tuple[Filter, ...]:
-    """Return the filters that copy the layer and delete what ranks below the cut."""
-    condition = f"(q < {format_number(cut)})"
-    return (
-        Filter("Duplicate Current layer"),
-        Filter("Conditional Vertex Selection", _params(condSelect=("RichString", condition))),
-        Filter("Delete Selected Vertices"),
-    )
+    Returns
+    -------
+    list of Path
+        The copies.
 
+    Raises
+    ------
+    PresetError
+        If a name is unknown.
+    OutputError
+        If a file exists and may not be replaced, or the folder cannot be written to.
+    """
+    import shutil
 
-def point_normals() -> Filter:
-    """Return the filter that estimates normals from 12 neighbours."""
-    return Filter(
-        "Compute normals for point sets",
-        _params(
-            K=("RichInt", 12),
-            smoothIter=("RichInt", 0),
-            flipFlag=("RichBool", False),
-            viewPos=("RichPoint3f", (0.0, 0.0, 0.0)),
-        ),
-    )
+    from .outputs import writing_folder
 
-
-def ball_pivoting(
-    radius: float = 0.0, *, clustering: float = 20.0, largest: float = 100.0
-) -> Filter:
-    """Return a pass of ball pivoting; radius 0 lets MeshLab choose it."""
-    return Filter(
-        _BALL_PIVOTING,
-        (
-            Param(name="BallRadius", type="RichAbsPerc", value=float(radius), minimum=0.0,
-                  maximum=float(max(largest, radius))),
-            *_params(
-                Clustering=("RichFloat", float(clustering)),
-                CreaseThr=("RichFloat", 90.0),
-                DeleteFaces=("RichBool", False),
-            ),
-        ),
-    )  # fmt: skip
-
-
-def hausdorff(*, sampled: int = 0, target: int = 1, cut: float = FAR) -> Filter:
-    """Return the filter that measures every vertex of one layer against another layer."""
-    return Filter(
-        _HAUSDORFF,
-        (
-            *_params(
-                SampledMesh=("RichMesh", sampled),
-                TargetMesh=("RichMesh", target),
-                SaveSample=("RichBool", False),
-                SampleVert=("RichBool", True),
-                SampleEdge=("RichBool", False),
-                SampleFauxEdge=("RichBool", False),
-                SampleFace=("RichBool", False),
-                SampleNum=("RichInt", 10_000_000),
-            ),
-            Param(name="MaxDist", type="RichAbsPerc", value=cut, minimum=0.0, maximum=FAR),
-        ),
-    )
-
-
-def screened_poisson() -> Filter:
-    """Return Poisson reconstruction as `meshlab_filter.run` does it; it makes a layer."""
-    return Filter(
-        "Surface Reconstruction: Screened Poisson",
-        _params(
-            visibleLayer=("RichBool", False), depth=("RichInt", 8), fullDepth=("RichInt", 5),
-            cgDepth=("RichInt", 0), scale=("RichFloat", 1.1), samplesPerNode=("RichFloat", 1.5),
-            pointWeight=("RichFloat", 4.0), iters=("RichInt", 8), confidence=("RichBool", False),
-            preClean=("RichBool", True), threads=("RichInt", 1),
-        ),
-    )  # fmt: skip
-
-
-def _params(**params: tuple[str, Any]) -> tuple[Param, ...]:
-    return tuple(
-        Param(name=name, type=type_, value=value) for name, (type_, value) in params.items()
-    )
+    sources = [find(name) for name in names or PRESETS]
+    for source in sources:
+        if (Path(target) / source.name).exists() and not overwrite:
+            raise OutputError(
+                f"The file exists; pass --overwrite to replace it. "
+                f"Given: {Path(target) / source.name}."
+            )
+    with writing_folder(target) as staging:
+        for source in sources:
+            shutil.copyfile(source, staging / source.name)
+    return [Path(target) / source.name for source in sources]

@@ -21,7 +21,11 @@ from .validation import FloatArray, check_choice, check_integer
 #: What the quality of a vertex holds: the rank itself, or its place in per cent of all ranks.
 QUALITIES = ("rank", "percent")
 
-_OWN = ("method", "seed", "count", "quality", "center")
+#: Whose normals a method gets: the layer's, which MeshLab estimates where there are none; or those
+#: of the file, and where it has none, the method's own estimate.
+NORMALS = ("layer", "file")
+
+_OWN = ("method", "seed", "count", "quality", "center", "normals")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +48,8 @@ class Recipe:
     center : bool
         Move the middle of the bounding box to the origin while the filters run, where single
         precision loses least.
+    normals : str
+        "layer" or "file", see ``NORMALS``.
 
     Examples
     --------
@@ -58,6 +64,7 @@ class Recipe:
     seed: int = 0
     quality: str = "rank"
     center: bool = False
+    normals: str = "layer"
 
     @classmethod
     def of(cls, instruction: Instruction, *, source: str = "script") -> Recipe:
@@ -87,6 +94,7 @@ class Recipe:
                     own.get("center", "false"), name="center", choices=("false", "true")
                 )
                 == "true",
+                normals=check_choice(own.get("normals", "layer"), name="normals", choices=NORMALS),
             )
         except PresetError:
             raise
@@ -106,6 +114,8 @@ class Recipe:
         options["quality"] = self.quality
         if self.center:
             options["center"] = "true"
+        if self.normals != "layer":
+            options["normals"] = self.normals
         return Instruction(options)
 
     def rank(

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..mlx import Filter, FilterScript, Param, read
-from ..presets import find
+from ..methods.registry import get_method
+from ..mlx import Filter, FilterScript, Param
+from ..presets import open_script
 from ..recipe import Recipe
 from ..validation import IntArray
 from .catalogue import available, python_name, python_value
@@ -25,6 +26,7 @@ from .check import (
 )
 from .layer import current_normals, current_points, set_quality
 from .session import import_pymeshlab, stage
+from .surface import compute_normals
 
 if TYPE_CHECKING:
     import pymeshlab
@@ -49,13 +51,17 @@ class ScriptRun:
     hausdorff : dict or None
         What the last Hausdorff filter returned.
     indices : numpy.ndarray, shape (M,), int64, or None
-        Which vertices of the layer at the start the current layer has, in its order; None if the
-        filters have made vertices of their own.
+        Which vertices of the layer at the start are left, in its order: those of the current
+        layer, or of the one that a surface with vertices of its own was built from. None if what
+        is left are other points.
+    own_vertices : bool
+        Whether the current layer's vertices are others than those of ``indices``.
     """
 
     outputs: list[dict[str, Any]] = field(default_factory=list)
     hausdorff: dict[str, Any] | None = None
     indices: IntArray | None = None
+    own_vertices: bool = False
 
 
 def apply_preset(
@@ -106,7 +112,7 @@ def apply_preset(
     >>> figures["vertices_before"], figures["vertices_after"] < 2562, figures["clusters"]
     (2562, True, 128)
     """
-    script = preset if isinstance(preset, FilterScript) else read(find(preset))
+    script = open_script(preset)
     check_layer(meshset)
     before = meshset.current_mesh().vertex_number()
     figures: dict[str, Any] = {"vertices_before": before}
@@ -122,6 +128,8 @@ def apply_preset(
             # A layer that has been given an attribute before it came into the MeshSet crashes
             # MeshLab's expressions; a copy does not, and spares the user's own quality.
             meshset.generate_copy_of_current_mesh()
+        if recipe.normals == "layer" and get_method(recipe.method).uses_normals:
+            compute_normals(meshset)
         ranking = recipe.rank(current_points(meshset), normals=current_normals(meshset))
         set_quality(meshset, recipe.values(ranking))
         check_ranked(meshset, script)
@@ -215,14 +223,14 @@ def run_script(
         }
         _check_now(meshset, script, filter_, python, arguments)
         there = {mesh.id() for mesh in meshset}
-        follow = _follow(meshset, python, run.indices)
+        follow = _follow(meshset, python)
         where = f" (line {filter_.line})" if filter_.line else ""
         with stage(f"running the filter {filter_.name!r} of {script.source}{where}"):
             output = meshset.apply_filter(python, **arguments)
         run.outputs.append(dict(output or {}))
         if python == HAUSDORFF:
             run.hausdorff = run.outputs[-1]
-        run.indices = follow(meshset)
+        follow(meshset, run)
         layers += sorted({mesh.id() for mesh in meshset} - there)
     return run
 
@@ -260,22 +268,30 @@ def _check_now(
 
 
 def _follow(
-    meshset: pymeshlab.MeshSet, python: str, indices: IntArray | None
-) -> Callable[[pymeshlab.MeshSet], IntArray | None]:
-    """Return a function that says, after a filter, which vertices the current layer then has."""
-    if indices is None or python in _KEEPS_VERTICES or python == DUPLICATE:
-        return lambda after: indices
+    meshset: pymeshlab.MeshSet, python: str
+) -> Callable[[pymeshlab.MeshSet, ScriptRun], None]:
+    """Return a function that notes, after a filter, which vertices are left."""
     mesh = meshset.current_mesh()
-    if python == DELETE:
-        stays = ~mesh.vertex_selection_array()
-        return lambda after: indices[stays]
-    before = mesh.vertex_matrix()
+    stays = ~mesh.vertex_selection_array() if python == DELETE else None
+    watched = stays is None and python not in (*_KEEPS_VERTICES, DUPLICATE)
+    before = mesh.vertex_matrix() if watched else None
     layer = mesh.id()
 
-    def same(after: pymeshlab.MeshSet) -> IntArray | None:
-        kept = after.mesh_number() > 0 and after.current_mesh_id() == layer
-        if kept and np.array_equal(after.current_mesh().vertex_matrix(), before):
-            return indices
-        return None
+    def note(after: pymeshlab.MeshSet, run: ScriptRun) -> None:
+        if run.indices is None:
+            return
+        if stays is not None:
+            run.indices = None if run.own_vertices else run.indices[stays]
+        elif before is not None and after.mesh_number() == 0:
+            run.indices = None
+        elif before is not None:
+            now = after.current_mesh()
+            if now.id() == layer and np.array_equal(now.vertex_matrix(), before):
+                return
+            # A new layer with faces is a surface made from the points; anything else that
+            # changes vertices leaves points that are no longer the cloud's.
+            run.own_vertices = True
+            if now.id() == layer or now.face_number() == 0:
+                run.indices = None
 
-    return same
+    return note

@@ -1,0 +1,324 @@
+"""Whole runs from files by a preset: rank the cloud, then run the filters of the script."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .bridge.check import check_layer, check_script
+from .bridge.distance import distances
+from .bridge.layer import add_layer
+from .bridge.script import ScriptRun, check_ranked, run_script
+from .bridge.session import import_pymeshlab, load
+from .chain import FILES, Progress, write_results
+from .cloud import MESHLAB_FORMATS, check_readable, check_writable, write_cloud
+from .errors import OutputError, PresetError
+from .files import FileSummary
+from .measure import Measured, Outcome, Scan, figures, prepare
+from .methods.ranking import Ranking
+from .mlx import FilterScript
+from .outputs import writing_folder
+from .presets import open_script
+from .provenance import comments, fingerprint, versions
+from .recipe import Recipe
+from .report import SCHEMA_VERSION, write_report
+from .simplification import Simplification
+from .steps import untouched
+from .stopwatch import Stopwatch
+from .validation import FloatArray
+
+if TYPE_CHECKING:
+    import pymeshlab
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scripted:
+    """What a script made of a scan.
+
+    Attributes
+    ----------
+    meshset : pymeshlab.MeshSet
+        All layers; the current one is the result.
+    run : ScriptRun
+    origin : numpy.ndarray, shape (3,), float64
+        What was taken off the coordinates.
+    """
+
+    meshset: pymeshlab.MeshSet
+    run: ScriptRun
+    origin: FloatArray
+
+    def vertices(self) -> FloatArray:
+        """Return the vertices of the current layer in the coordinates of the file."""
+        mesh = self.meshset.current_mesh()
+        return np.asarray(mesh.vertex_matrix() + self.origin)
+
+
+def run_preset(
+    path: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    preset: str | os.PathLike[str] | FilterScript,
+    *,
+    seed: int | None = None,
+    floor: bool = True,
+    drop_invalid: bool = False,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Run a preset, or any filter script, on the cloud in a file and write the results.
+
+    Parameters
+    ----------
+    path : path-like
+        The cloud. A script without the instruction ``<?meshlab-filter …?>`` gets it as MeshLab
+        reads it, faces and quality included.
+    out : path-like
+        Folder for the results, as of :func:`meshlab_filter.run`.
+    preset : str, path or FilterScript
+        A name such as "bunny", the path of an .mlx file, or a script in memory.
+    seed : int, optional
+        Instead of the seed in the instruction.
+    floor : bool
+        Run the script without its deletion as well, if it thins as the presets do.
+    drop_invalid : bool
+        Leave out points with NaN or infinite coordinates instead of refusing the file.
+    progress : callable, optional
+
+    Returns
+    -------
+    dict
+        What ``report.json`` holds (docs/report.md), and "script": its "name", what each filter
+        returned ("outputs", in the script's order) and what the last Hausdorff filter returned
+        ("hausdorff", in the cloud's unit).
+
+    Raises
+    ------
+    MeshlabFilterError
+        A subclass, with one sentence that says what is wrong. Nothing is written then.
+    """
+    tell = progress or (lambda stage, share: None)
+    watch = Stopwatch(lambda stage: tell(stage, None))
+    script, recipe = _read(preset, seed)
+    path, out = check_readable(path), Path(out)
+    if out.exists() and any(
+        (out / name).exists() and (out / name).samefile(path) for name in FILES
+    ):
+        raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
+    scan = prepare(path, drop_invalid=drop_invalid, watch=watch)
+    ranking = None
+    if recipe is not None:
+        with watch("rank"):
+            ranking = _rank(recipe, scan, lambda share: tell("rank", share))
+    with watch("filters"):
+        scripted = _apply(script, recipe, ranking, scan, tell)
+        measured = _measure(scripted, scan)
+    base = None
+    bare = untouched(script)
+    if floor and bare is not None and len(bare.filters) > 1:
+        with watch("floor"):
+            base = _measure(_apply(bare, recipe, ranking, scan, tell), scan)
+    result = _result(scripted, recipe, ranking, len(scan.cloud.points))
+    other = None
+    if scripted.run.indices is None:
+        other = scripted.vertices()
+    outcome = Outcome(scan=scan, result=result, measured=measured, base=base, other=other)
+    report = {
+        "schema": SCHEMA_VERSION,
+        "input": {**fingerprint(path), "dropped": scan.cloud.dropped, "faces": scan.cloud.faces},
+        "parameters": {
+            "method": result.method,
+            "asked": result.asked,
+            **result.parameters,
+            "preset": script.source,
+            "surface": measured.reconstruction["surface"],
+            "drop_invalid": drop_invalid,
+        },
+        "versions": versions(),
+        "normals": "estimated" if scan.estimated else "from the file",
+        **figures(outcome),
+        "script": {
+            "name": script.source,
+            "filters": [filter_.name for filter_ in script],
+            "outputs": [_plain(output) for output in scripted.run.outputs],
+            "hausdorff": _plain(scripted.run.hausdorff) if scripted.run.hausdorff else None,
+        },
+    }
+    lines = comments(report)
+    with writing_folder(out) as staging:
+        with watch("write"):
+            write_results(staging, outcome, lines)
+        report["times"] = watch.times
+        write_report(report, staging / "report.json")
+    return report
+
+
+def simplify_preset(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    preset: str | os.PathLike[str] | FilterScript,
+    *,
+    seed: int | None = None,
+    drop_invalid: bool = False,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> FileSummary:
+    """Thin the cloud in a file as a script does and write the points that stay.
+
+    Parameters
+    ----------
+    source, target : path-like
+        As for :func:`meshlab_filter.files.simplify_file`.
+    preset, seed
+        As for :func:`run_preset`.
+    drop_invalid, overwrite : bool
+    progress : callable, optional
+
+    Returns
+    -------
+    FileSummary
+
+    Raises
+    ------
+    PresetError
+        If the script makes points of its own, which have no attributes.
+    MeshlabFilterError
+        Another subclass, with one sentence. Nothing is written then.
+    """
+    tell = progress or (lambda stage, share: None)
+    script, recipe = _read(preset, seed)
+    source, target = check_readable(source), check_writable(target)
+    watch = Stopwatch(lambda stage: tell(stage, None))
+    scan = prepare(source, drop_invalid=drop_invalid, watch=watch)
+    ranking = None
+    if recipe is not None:
+        ranking = _rank(recipe, scan, lambda share: tell("rank", share))
+    scripted = _apply(script, recipe, ranking, scan, tell)
+    if scripted.run.indices is None:
+        raise PresetError(
+            "The filter script makes points of its own, so nothing is left of the cloud to write; "
+            f"use 'meshlab-filter run'. Given: {script.source}."
+        )
+    result = _result(scripted, recipe, ranking, len(scan.cloud.points))
+    parameters = {"method": result.method, **result.parameters, "preset": script.source}
+    write_cloud(
+        scan.cloud,
+        target,
+        indices=result.indices,
+        overwrite=overwrite,
+        comments=comments(
+            {"input": fingerprint(source), "parameters": parameters, "versions": versions()}
+        ),
+    )
+    return FileSummary(source=source, target=target, cloud=scan.cloud, result=result)
+
+
+def _read(
+    preset: str | os.PathLike[str] | FilterScript, seed: int | None
+) -> tuple[FilterScript, Recipe | None]:
+    script = open_script(preset)
+    if script.instruction is None:
+        return script, None
+    recipe = Recipe.of(script.instruction, source=script.source)
+    return script, recipe if seed is None else replace(recipe, seed=seed)
+
+
+def _rank(recipe: Recipe, scan: Scan, progress: Callable[[float], object]) -> Ranking:
+    normals = scan.normals if recipe.normals == "layer" else scan.cloud.normals
+    return recipe.rank(scan.cloud.points, normals=normals, progress=progress)
+
+
+def _apply(
+    script: FilterScript,
+    recipe: Recipe | None,
+    ranking: Ranking | None,
+    scan: Scan,
+    tell: Progress,
+) -> Scripted:
+    """Make the script's layer 0 and run the script on it."""
+    cloud = scan.cloud
+    meshset = import_pymeshlab().MeshSet(verbose=False)
+    origin = scan.origin if recipe is not None and recipe.center else np.zeros(3)
+    if recipe is not None and ranking is not None:
+        add_layer(
+            meshset,
+            cloud.points - origin,
+            normals=scan.normals,
+            quality=recipe.values(ranking),
+            colors=cloud.colors,
+            name=cloud.path.name,
+        )
+        check_ranked(meshset, script)
+    else:
+        if cloud.path.suffix.lower() in (".ply", *MESHLAB_FORMATS):
+            load(meshset, cloud.path)
+        else:
+            add_layer(meshset, cloud.points, normals=cloud.normals, colors=cloud.colors)
+        check_layer(meshset)
+        check_script(meshset, script)
+    count = meshset.current_mesh().vertex_number()
+    run = run_script(meshset, script, relative=recipe is not None, progress=tell)
+    if count != len(cloud.points):
+        run.indices = None
+    if meshset.mesh_number() == 0 or meshset.current_mesh().vertex_number() == 0:
+        raise PresetError(
+            "The filter script leaves no vertices in the current layer, so there is no result. "
+            f"Given: {script.source}."
+        )
+    return Scripted(meshset=meshset, run=run, origin=origin)
+
+
+def _measure(scripted: Scripted, scan: Scan) -> Measured:
+    """Measure the cloud against the current layer, on layers that the script has not touched."""
+    mesh = scripted.meshset.current_mesh()
+    faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
+    indices = scripted.run.indices
+    own = indices is None or scripted.run.own_vertices
+    vertices = scripted.vertices() if own or indices is None else scan.cloud.points[indices]
+    meshset = import_pymeshlab().MeshSet(verbose=False)
+    add_layer(meshset, scan.cloud.points - scan.origin)
+    add_layer(meshset, vertices - scan.origin, faces=faces if len(faces) else None)
+    return Measured(
+        points=vertices,
+        faces=faces,
+        distances=distances(meshset, 0, 1),
+        reconstruction={
+            "surface": "script" if len(faces) else "none", "spacing": None, "radii": []
+        },
+    )  # fmt: skip
+
+
+def _result(
+    scripted: Scripted, recipe: Recipe | None, ranking: Ranking | None, total: int
+) -> Simplification:
+    """Say what was left in the words of :func:`meshlab_filter.simplify`."""
+    indices = scripted.run.indices
+    kept = np.arange(total) if indices is None else indices
+    rank = np.zeros(total, dtype=np.int64) if ranking is None else ranking.rank
+    gone = np.ones(total, dtype=bool)
+    gone[kept] = False
+    return Simplification(
+        indices=kept,
+        rank=rank,
+        threshold=int(rank[gone].max()) + 1 if ranking is not None and gone.any() else 0,
+        labels=None if ranking is None else ranking.labels,
+        entropy=None if ranking is None else ranking.entropy,
+        method="script" if recipe is None else recipe.method,
+        parameters={} if recipe is None else {**recipe.parameters, "seed": recipe.seed},
+        info={} if ranking is None else ranking.info,
+    )
+
+
+def _plain(output: dict[str, Any]) -> dict[str, Any]:
+    """Return what of a filter's output has a place in JSON: arrays are left to MeshLab."""
+    found: dict[str, Any] = {}
+    for name, value in output.items():
+        plain = value.item() if isinstance(value, np.generic) else value
+        if isinstance(plain, float) and not np.isfinite(plain):
+            found[name] = None
+        elif isinstance(plain, int | float | str | bool):
+            found[name] = plain
+    return found
