@@ -1,7 +1,7 @@
 """k-means in three dimensions for very many small clusters.
 
-Lloyd's algorithm with the nearest centroid asked of a kd-tree: N·log c instead of N·c a pass, and
-the same labels as comparing every point with every centroid.
+Lloyd's algorithm, in which a point compares itself with a few centroids rather than all of them
+and after the first passes mostly with none, and which still gives every point its nearest.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .assignment import Assignment
 from .errors import InvalidCloudError
-from .seeding import start_centroids
+from .hilbert import hilbert_order
+from .seeding import cluster_means, start
 from .validation import FloatArray, IntArray, check_integer, check_number, check_points
 
 
@@ -60,8 +62,8 @@ def kmeans(
     Parameters
     ----------
     points : array_like, shape (N, 3)
-        Coordinates in any unit of length. They are centred before use, so that large offsets
-        (UTM coordinates) cost no accuracy.
+        Coordinates in any unit of length. They are moved to the origin before use, so that large
+        offsets (UTM coordinates) cost no accuracy.
     n_clusters : int
         How many clusters, 1 … N.
     init : {"random", "k-means++", "spread"} or array_like of shape (c, 3)
@@ -121,69 +123,58 @@ def kmeans(
             f"Too few points. Must be at least one for each of {n_clusters} clusters. "
             f"Given: {len(array)}."
         )
-    offset = array.mean(axis=0)
-    centred = array - offset
-    centroids = start_centroids(centred, n_clusters, init=init, offset=offset, seed=seed)
-    shift_limit = tol * float(centred.var(axis=0).mean())
+    order = hilbert_order(array)
+    # Taking away one of the coordinates rather than their mean is exact for points on a grid.
+    offset = array.min(axis=0)
+    local = array[order]
+    local -= offset
+    shift_limit = tol * float(local.var(axis=0).mean())
+    assignment = start(local, n_clusters, init=init, offset=offset, seed=seed)
 
-    labels = np.full(len(centred), -1, dtype=np.int64)
     converged = False
-    for iteration in range(1, max_iter + 1):
-        previous = labels
-        labels, distances = _nearest(centred, centroids)
-        moved = _means(centred, labels, distances, centroids)
-        shift = float(((moved - centroids) ** 2).sum())
-        centroids = moved
+    n_iter = 0
+    while not converged and n_iter < max_iter:
+        n_iter += 1
+        moved = _means(local, assignment)
+        shift = float(((moved - assignment.centroids) ** 2).sum())
+        changed = assignment.move(moved)
+        converged = shift <= shift_limit
+        if not converged and changed == 0:
+            # The next pass would change nothing; scikit-learn makes it to find that out.
+            converged = True
+            n_iter = min(n_iter + 1, max_iter)
         if progress is not None:
-            progress(iteration / max_iter)
-        if np.array_equal(labels, previous):
-            converged = True
-            break
-        if shift <= shift_limit:
-            converged = True
-            break
-    labels, distances, centroids = _fill_empty(centred, centroids)
+            progress(n_iter / max_iter)
+    _fill_empty(local, assignment)
+    labels = np.empty(len(array), dtype=np.int64)
+    labels[order] = assignment.labels
     return Clustering(
         labels=labels,
-        centroids=centroids + offset,
-        inertia=float((distances**2).sum()),
-        n_iter=iteration,
+        centroids=assignment.centroids + offset,
+        inertia=float((assignment.distances() ** 2).sum()),
+        n_iter=n_iter,
         converged=converged,
     )
 
 
-def _nearest(points: FloatArray, centroids: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the nearest centroid of each point and the distance to it."""
-    from scipy.spatial import cKDTree
-
-    distances, labels = cKDTree(centroids).query(points, workers=-1)
-    return labels.astype(np.int64), distances
-
-
-def _means(
-    points: FloatArray, labels: IntArray, distances: FloatArray, centroids: FloatArray
-) -> FloatArray:
+def _means(points: FloatArray, assignment: Assignment) -> FloatArray:
     """Return the mean of each cluster; empty ones take over the points farthest from theirs."""
-    c = len(centroids)
-    counts = np.bincount(labels, minlength=c)
-    empty = np.flatnonzero(counts == 0)
+    labels, c = assignment.labels, len(assignment.centroids)
+    empty = np.flatnonzero(np.bincount(labels, minlength=c) == 0)
     if len(empty):
-        taken = _farthest(points, labels, distances, len(empty), c)
+        taken = _farthest(points, assignment, len(empty))
         labels = labels.copy()
         labels[taken] = empty[: len(taken)]
-        counts = np.bincount(labels, minlength=c)
-    sums = np.stack([np.bincount(labels, points[:, axis], c) for axis in range(3)], axis=1)
-    # A cluster can only be empty here where distinct points run out; _fill_empty says so later.
-    return np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], centroids)
+    # A cluster can only stay empty where distinct points run out; _fill_empty says so later.
+    return cluster_means(points, labels, assignment.centroids)
 
 
-def _farthest(
-    points: FloatArray, labels: IntArray, distances: FloatArray, count: int, n_clusters: int
-) -> IntArray:
+def _farthest(points: FloatArray, assignment: Assignment, count: int) -> IntArray:
     """Return up to ``count`` distinct points far from their centroids, none its cluster's last.
 
     The point nearest each centroid stays with it, so that giving the others away empties nobody.
     """
+    labels, distances = assignment.labels, assignment.distances()
     order = np.lexsort((distances, labels))
     stays = np.ones(len(order), dtype=bool)
     stays[1:] = labels[order[1:]] != labels[order[:-1]]
@@ -196,26 +187,24 @@ def _farthest(
     return head[np.sort(first)][:count]
 
 
-def _fill_empty(
-    points: FloatArray, centroids: FloatArray
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return final labels, distances and centroids in which every centroid has a point.
+def _fill_empty(points: FloatArray, assignment: Assignment) -> None:
+    """Move centroids until every one has a point.
 
     Each round puts an idle centroid on a point it was away from, so the inertia falls with every
-    round and the loop ends.
+    round and the rounds end.
     """
-    c = len(centroids)
+    c = len(assignment.centroids)
     while True:
-        labels, distances = _nearest(points, centroids)
-        empty = np.flatnonzero(np.bincount(labels, minlength=c) == 0)
+        empty = np.flatnonzero(np.bincount(assignment.labels, minlength=c) == 0)
         if not len(empty):
-            return labels, distances, centroids
-        taken = _farthest(points, labels, distances, len(empty), c)
+            return
+        taken = _farthest(points, assignment, len(empty))
         if not len(taken):
             distinct = len(np.unique(points, axis=0))
             raise InvalidCloudError(
                 f"Too few distinct points. Must be at least one for each of {c} clusters. "
                 f"Given: {distinct} distinct among {len(points)}."
             )
-        centroids = centroids.copy()
+        centroids = assignment.centroids.copy()
         centroids[empty[: len(taken)]] = points[taken]
+        assignment.move(centroids)

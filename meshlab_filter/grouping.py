@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from .threads import run_all
 from .validation import FloatArray, IntArray
 
 # Groups up to this size compare all pairs of their points; larger ones ask a kd-tree.
@@ -108,9 +107,7 @@ def kth_distances(points: FloatArray, groups: Groups, ks: IntArray) -> FloatArra
         distances[rows] = np.sqrt(squared[:, :, k])
 
     # Each task writes rows of its own: the result does not depend on their order or number.
-    with ThreadPoolExecutor(os.cpu_count()) as executor:
-        for _ in executor.map(fill, _pairwise_tasks(groups, ks)):
-            pass
+    run_all(fill, _pairwise_tasks(groups, ks))
     _fill_large(sorted_points, groups, ks, distances)
     return distances
 
