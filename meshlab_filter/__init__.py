@@ -16,14 +16,17 @@ if TYPE_CHECKING:
         meshing_decimation_adaptive,
         meshing_decimation_cluster_entropy,
     )
+    from .bridge.script import apply_preset
     from .chain import compare, run
     from .cloud import Cloud, read_cloud, write_cloud
     from .clustering import Clustering, kmeans
     from .entropy import cluster_entropy, knn_density
     from .quality import compactness, covering_radius, median_spacing, summarise_errors
+    from .scripted import run_preset
     from .simplification import Simplification, simplify
 
 _HOMES = {
+    "apply_preset": "bridge.script",
     "Cloud": "cloud",
     "Clustering": "clustering",
     "Simplification": "simplification",
@@ -38,6 +41,7 @@ _HOMES = {
     "meshing_decimation_cluster_entropy": "bridge.filters",
     "read_cloud": "cloud",
     "run": "chain",
+    "run_preset": "scripted",
     "simplify": "simplification",
     "summarise_errors": "quality",
     "write_cloud": "cloud",
@@ -48,6 +52,7 @@ __all__ = [
     "Clustering",
     "Simplification",
     "__version__",
+    "apply_preset",
     "cluster_entropy",
     "compactness",
     "compare",
@@ -59,6 +64,7 @@ __all__ = [
     "meshing_decimation_cluster_entropy",
     "read_cloud",
     "run",
+    "run_preset",
     "simplify",
     "summarise_errors",
     "write_cloud",

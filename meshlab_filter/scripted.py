@@ -216,6 +216,14 @@ def simplify_preset(
     return FileSummary(source=source, target=target, cloud=scan.cloud, result=result)
 
 
+def seeded(preset: str | os.PathLike[str] | FilterScript, seed: int | None) -> FilterScript:
+    """Return the script of a preset with the seed in it that a run was given."""
+    script, recipe = _read(preset, seed)
+    if recipe is None or seed is None:
+        return script
+    return replace(script, instruction=recipe.instruction())
+
+
 def _read(
     preset: str | os.PathLike[str] | FilterScript, seed: int | None
 ) -> tuple[FilterScript, Recipe | None]:

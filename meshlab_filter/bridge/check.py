@@ -6,14 +6,14 @@ MeshLab itself answers a wrong name or a layer that does not exist with a silent
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InvalidCloudError, PresetError
 from ..mlx import Filter, FilterScript, Param
 from .catalogue import KINDS, Entry, available, nearest, python_name, python_value
-from .session import import_pymeshlab, version
+from .session import import_pymeshlab, refusals, version
 
 if TYPE_CHECKING:
     import pymeshlab
@@ -133,12 +133,12 @@ def _check_values(
     script: FilterScript, filter_: Filter, entry: Entry, meshset: pymeshlab.MeshSet
 ) -> None:
     """Let pymeshlab itself take each value: it knows the range of each on this mesh."""
-    error_type = import_pymeshlab().PyMeshLabException
+    refused: tuple[type[Exception], ...] = (*refusals(), RuntimeError)
     if meshset.mesh_number() == 0:
         return
     try:
         has = meshset.filter_parameter_values(entry.python)
-    except error_type:
+    except refused:
         return  # needs what a filter before it will make, such as a quality of the faces
     for param in filter_.params:
         name = python_name(param.name)
@@ -148,7 +148,7 @@ def _check_values(
         value = python_value(param)
         try:
             taken = meshset.filter_parameter_values(entry.python, **{name: value})[name]
-        except (error_type, RuntimeError) as error:
+        except refused as error:
             must = f"give {param.name!r} a value that MeshLab takes"
             given = f"{param.value!r} ({' '.join(str(error).split()).rstrip('.')})"
             raise fault(script, filter_, must, given, line=param.line) from error
@@ -180,10 +180,10 @@ class _Layers:
         elif python == HAUSDORFF and filter_.values().get("SaveSample") is True:
             self._make(2)
         elif python == "delete_current_mesh":
+            self.certain = self.certain and self.current >= 0
             self.ids.discard(self.current)
             # MeshLab chooses which layer is current next.
-            self.current = -1 if len(self.ids) != 1 else next(iter(self.ids))
-            self.certain = self.certain and self.current >= 0
+            self.current = next(iter(self.ids)) if len(self.ids) == 1 else -1
         elif python.startswith(("create_", "generate_")) and python not in _MAKES_NONE:
             self._make(1)
             self.current = self.next - 1
@@ -212,7 +212,7 @@ def _check_condition(script: FilterScript, filter_: Filter, meshset: pymeshlab.M
         scratch.current_mesh().add_vertex_custom_scalar_attribute(np.zeros(1), word)
     try:
         scratch.apply_filter(CONDITION, condselect=text)
-    except pymeshlab.PyMeshLabException as error:
+    except refusals() as error:
         reason = str(error).strip().splitlines()[-1].removeprefix("Details: ").rstrip(".")
         must = "give 'condSelect' an expression that MeshLab understands, such as (q < 60)"
         raise fault(script, filter_, must, f"{text!r} ({reason})", line=line) from error
@@ -227,12 +227,12 @@ def _check_condition(script: FilterScript, filter_: Filter, meshset: pymeshlab.M
 
 def _attributes(meshset: pymeshlab.MeshSet, words: set[str]) -> set[str]:
     """Return those words that name a custom attribute of the current layer's vertices."""
-    error_type: type[Any] = import_pymeshlab().PyMeshLabException
+    refused = refusals()
     found = set()
     for word in words if meshset.mesh_number() else ():
         try:
             meshset.current_mesh().vertex_custom_scalar_attribute_array(word)
-        except error_type:
+        except refused:
             continue
         found.add(word)
     return found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -64,6 +63,13 @@ def version() -> str:
     return installed("pymeshlab")
 
 
+def refusals() -> tuple[type[Exception], ...]:
+    """Return the exceptions by which pymeshlab refuses something; they share no base class."""
+    module = import_pymeshlab()
+    names = [name for name in dir(module) if name.endswith("Exception")]
+    return tuple(getattr(module, name) for name in names)
+
+
 @contextmanager
 def stage(text: str) -> Iterator[None]:
     """Name what MeshLab is asked to do, and turn its refusal into a sentence.
@@ -81,10 +87,10 @@ def stage(text: str) -> Iterator[None]:
     note = os.environ.get(STAGE_VARIABLE)
     if note:
         Path(note).write_text(text, encoding="utf-8")
-    pymeshlab = sys.modules.get("pymeshlab") or import_pymeshlab()
+    refused = refusals()
     try:
         yield
-    except pymeshlab.PyMeshLabException as error:
+    except refused as error:
         raise MeshLabError(f"MeshLab failed while {text}: {_one_line(error)}.") from error
     finally:
         if note:

@@ -14,6 +14,8 @@ COMMANDS = {
     "demo": ("demo", "Run the whole chain on the bunny inside pymeshlab's wheel."),
     "simplify": ("simplify", "Thin a cloud; the points that stay keep all their attributes."),
     "run": ("run", "Simplify, rebuild the surface, measure the error, write a report."),
+    "annotate": ("annotate", "Write a cloud with the rank of every point, to cut in MeshLab."),
+    "presets": ("presets", "List, show and copy the ready filter scripts of MeshLab."),
     "compare": ("compare", "Measure how far two clouds or meshes are from each other."),
     "methods": ("methods", "List the methods, their sources and their parameters."),
 }
@@ -60,7 +62,7 @@ def invoke(arguments: Sequence[str]) -> int:
     from ..errors import MeshlabFilterError
 
     try:
-        cli.main(args=list(arguments), prog_name="meshlab-filter", standalone_mode=False)
+        code = cli.main(args=list(arguments), prog_name="meshlab-filter", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         return 2
@@ -70,12 +72,11 @@ def invoke(arguments: Sequence[str]) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("Interrupted; nothing was left half-written.", err=True)
         return 130
-    except click.exceptions.Exit as error:
-        return error.exit_code
     except MeshlabFilterError as error:
         click.echo(f"Error: {error}", err=True)
         return error.exit_code
     except MemoryError:
         click.echo("Error: Not enough memory for this cloud on this machine.", err=True)
         return 3
-    return 0
+    # Not standing alone, click returns what a command passes to ctx.exit.
+    return code if isinstance(code, int) else 0

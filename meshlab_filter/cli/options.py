@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -82,3 +83,43 @@ def method_arguments(
         chosen = method or (COUNT_METHOD if wants_points and not asked else CLUSTER_METHOD)
         asked |= get_method(chosen).parse(assignments)
     return {"method": method, "keep": keep, "count": count, **asked}
+
+
+def preset_options(function: F) -> F:
+    """Add the options that read and write presets."""
+    for option in (
+        click.option("--save-preset", type=click.Path(path_type=Path), metavar="FILE.mlx",
+                     help="Write down what was done, as a preset that does it again."),
+        click.option("--preset", "-p", metavar="NAME|FILE",
+                     help="Rank and filter as a preset says, or any filter script of MeshLab; see "
+                     "'meshlab-filter presets'."),
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+def given_options(ctx: click.Context) -> set[str]:
+    """Return the names of the options that the user has given."""
+    default = click.core.ParameterSource.DEFAULT
+    return {name for name in ctx.params if ctx.get_parameter_source(name) is not default}
+
+
+def as_arguments(ctx: click.Context, *, leave_out: tuple[str, ...]) -> list[str]:
+    """Return the options the user has given, as they stand on a command line."""
+    arguments: list[str] = []
+    given = given_options(ctx)
+    for param in ctx.command.params:
+        name = param.name or ""
+        if not isinstance(param, click.Option) or name in leave_out or name not in given:
+            continue
+        value = ctx.params[name]
+        flag = max(param.opts, key=len)
+        if param.is_flag:
+            arguments += [flag] if value else []
+        elif param.multiple:
+            arguments += [text for each in value for text in (flag, str(each))]
+        elif isinstance(value, float) and isinstance(param.type, Amount):
+            arguments += [flag, f"{100 * value!r}%"]
+        else:
+            arguments += [flag, str(value)]
+    return arguments

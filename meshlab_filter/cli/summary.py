@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .console import error_table, show
+
+if TYPE_CHECKING:
+    from ..batch import BatchRow
 
 
 def show_run(report: dict[str, Any], out: Path) -> None:
@@ -41,3 +45,30 @@ def show_run(report: dict[str, Any], out: Path) -> None:
         f"Written to {out} in {seconds:.1f} s: open project.mlp in MeshLab; all figures are in "
         "report.json.",
     )
+
+
+def show_batch(rows: Sequence[BatchRow]) -> None:
+    """Print one line for each file of a batch."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for name in ("file", "points", "left", "faces", "mean error", "max error", "result"):
+        numeric = name not in ("file", "result")
+        table.add_column(name, justify="right" if numeric else "left", no_wrap=numeric)
+    for row in rows:
+        if row.report is None:
+            table.add_row(str(row.source), "-", "-", "-", "-", "-", f"failed (exit {row.code})")
+            continue
+        points, error = row.report["points"], row.report["error"]["uncut"]
+        table.add_row(
+            str(row.source),
+            str(points["original"]),
+            str(points["simplified"]),
+            str(row.report["surface"]["faces"]),
+            f"{error['mean']:.3e}",
+            f"{error['max']:.3e}",
+            str(row.out),
+        )
+    done = sum(row.report is not None for row in rows)
+    show(table, f"{done} of {len(rows)} files done, errors as shares of the diagonal, uncut.")
