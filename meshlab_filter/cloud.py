@@ -207,6 +207,10 @@ def write_cloud(
             from .plycloud import PlyRecords
 
             PlyRecords.of(cloud).write(partial, indices, comments=comments, extra=extra)
+        elif suffix in _LAS:
+            from .lasfile import LasRecords
+
+            LasRecords.of(cloud).write(partial, indices, comments=comments, extra=extra)
         elif suffix in _TEXT:
             from .textcloud import write_text
 
@@ -231,6 +235,10 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
         raise OutputError(
             f"Unknown output extension {path.suffix!r}. Must be one of {' '.join(known)}. "
             f"Given: {path}."
+        )
+    if path.name.lower().endswith(".copc.laz"):
+        raise OutputError(
+            f"COPC files can be read but not written; name the output .laz. Given: {path}."
         )
     if not path.parent.is_dir():
         raise OutputError(f"The output's folder does not exist. Given: {path}.")
