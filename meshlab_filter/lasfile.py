@@ -6,7 +6,7 @@ import copy
 import importlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -179,10 +179,8 @@ def las_errors(path: Path) -> Iterator[None]:
     broken: tuple[type[BaseException], ...] = (
         laspy.errors.LaspyException, ValueError, KeyError, IndexError, EOFError, AssertionError,
     )  # fmt: skip
-    try:
+    with suppress(ImportError):
         broken = (*broken, importlib.import_module("lazrs").LazrsError)
-    except ImportError:
-        pass
     try:
         yield
     except FileFormatError:
