@@ -267,13 +267,19 @@ def _reader(path: Path) -> Callable[[Path], Cloud]:
 
         return read_ply
     if suffix in _LAS:
-        from .lasfile import read_las
-
-        return read_las
+        try:
+            from .lasfile import read_las
+        except ImportError as error:
+            raise FileFormatError(
+                f"LAS files need laspy; run: python -m pip install 'meshlab-filter[las]'. "
+                f"Given: {path}."
+            ) from error
+        reader: Callable[[Path], Cloud] = read_las
+        return reader
     if suffix in _TEXT:
-        from .textcloud import is_text, read_text
+        from .textcloud import is_meshlab_points, read_text
 
-        if is_text(path):
+        if not is_meshlab_points(path):
             return read_text
     from .bridge.meshfile import read_mesh_file
 

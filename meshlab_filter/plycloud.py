@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +10,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import plyfile
 
 from .cloud import Cloud
 from .errors import FileFormatError
+from .plyheader import Element, PlyHeader, Property
+from .records import ByteRecords
 from .validation import FloatArray, IntArray
 
 
@@ -32,59 +34,51 @@ def read_ply(path: Path) -> Cloud:
     FileFormatError
         If the file is not PLY, is cut short, or has no vertices with x, y and z.
     """
-    _check_size(path)
+    data = path.read_bytes()
     try:
-        data = plyfile.PlyData.read(str(path), mmap=False)
-    except (plyfile.PlyParseError, UnicodeDecodeError, ValueError, KeyError, TypeError) as error:
-        raise FileFormatError(
-            f"Not a whole PLY file ({_first_line(error)}). Given: {path}."
-        ) from error
-    if "vertex" not in data or not {"x", "y", "z"} <= set(_columns(data["vertex"])):
-        raise FileFormatError(f"The PLY file has no vertices with x, y and z. Given: {path}.")
-    vertices = data["vertex"]
-    rows = vertices.data
-    names = set(_columns(vertices))
+        header = PlyHeader.parse(data)
+        vertex = header.vertex()
+        if vertex is None or not {"x", "y", "z"} <= _single(vertex):
+            raise FileFormatError("The PLY file has no vertices with x, y and z.")
+        read = _read_binary if header.order else _read_text
+        records, columns = read(data, header, vertex)
+    except FileFormatError as error:
+        raise FileFormatError(f"{str(error).rstrip('.')}. Given: {path}.") from error
+    names = _single(vertex)
     return Cloud(
-        points=_matrix(rows, ("x", "y", "z")),
-        normals=_matrix(rows, ("nx", "ny", "nz")) if {"nx", "ny", "nz"} <= names else None,
-        colors=_colors(rows, names),
-        faces=len(data["face"]) if "face" in data else 0,
+        points=_matrix(columns, ("x", "y", "z")),
+        normals=_matrix(columns, ("nx", "ny", "nz")) if {"nx", "ny", "nz"} <= names else None,
+        colors=_colors(columns, vertex),
+        faces=sum(element.count for element in header.elements if element.name == "face"),
         path=path,
-        records=PlyRecords(
-            rows=rows,
-            text=data.text,
-            byte_order=data.byte_order,
-            comments=tuple(data.comments),
-            obj_info=tuple(data.obj_info),
-        ),
+        records=PlyRecords(header, records),
     )
 
 
 @dataclass(frozen=True)
 class PlyRecords:
-    """The vertices of a PLY file as they stand in it."""
+    """The vertices of a PLY file, in the bytes they have there."""
 
-    rows: npt.NDArray[np.void]
-    text: bool = False
-    byte_order: str = "<"
-    comments: tuple[str, ...] = ()
-    obj_info: tuple[str, ...] = ()
+    header: PlyHeader
+    records: ByteRecords
 
     @classmethod
     def of(cls, cloud: Cloud) -> PlyRecords:
         """Make the records of a cloud that comes from another format."""
-        names: list[tuple[str, str]] = [(axis, "f8") for axis in "xyz"]
+        properties = [Property(axis, "f8") for axis in "xyz"]
         columns: list[npt.NDArray[Any]] = list(cloud.points.T)
         if cloud.normals is not None:
-            names += [(f"n{axis}", "f8") for axis in "xyz"]
+            properties += [Property(f"n{axis}", "f8") for axis in "xyz"]
             columns += list(cloud.normals.T)
         if cloud.colors is not None:
-            names += [(channel, "u1") for channel in ("red", "green", "blue", "alpha")]
+            properties += [Property(name, "u1") for name in ("red", "green", "blue", "alpha")]
             columns += list(np.rint(cloud.colors * 255).clip(0, 255).astype("u1").T)
-        rows = np.empty(len(cloud.points), dtype=names)
-        for (name, _), column in zip(names, columns):
-            rows[name] = column
-        return cls(rows=rows)
+        header = PlyHeader.of_vertices(properties)
+        dtype = header.elements[0].dtype(header.order)
+        rows = np.empty(len(cloud.points), dtype=dtype)
+        for prop, column in zip(properties, columns):
+            rows[prop.name] = column
+        return cls(header, _equal_records(rows.tobytes(), 0, len(rows), dtype.itemsize))
 
     def write(
         self,
@@ -94,99 +88,238 @@ class PlyRecords:
         comments: Sequence[str] = (),
         extra: Mapping[str, npt.NDArray[np.generic]] | None = None,
     ) -> None:
-        """Write some of the vertices; ``extra`` adds properties or takes the place of them."""
+        """Write some of the vertices; ``extra`` puts further properties behind their own."""
         extra = extra or {}
-        rows = self.rows[indices]
+        kinds = {name: values.dtype.str[1:] for name, values in extra.items()}
+        records = self.records.take(indices)
         if extra:
-            fields = [
-                (name, self.rows.dtype[name]) for name in self.rows.dtype.names or ()
-                if name not in extra
-            ] + [(name, values.dtype) for name, values in extra.items()]  # fmt: skip
-            wider = np.empty(len(rows), dtype=fields)
-            for name, _ in fields:
-                wider[name] = extra[name][indices] if name in extra else rows[name]
-            rows = wider
-        element = plyfile.PlyElement.describe(rows, "vertex", **_list_types(rows))
-        plyfile.PlyData(
-            [element],
-            text=self.text,
-            byte_order=self.byte_order if not self.text else "=",
-            comments=[*self.comments, *(line for line in comments if line not in self.comments)],
-            obj_info=list(self.obj_info),
-        ).write(str(path))
+            records = self._widened(indices, extra, kinds)
+        elif not self.header.order and not records.endswith((b"\n", b"\r")):
+            records += self.header.newline
+        with open(path, "wb") as file:
+            file.write(self.header.only_vertices(len(indices), comments=comments, extra=kinds))
+            file.write(records)
 
-
-def _list_types(rows: npt.NDArray[np.void]) -> dict[str, dict[str, str]]:
-    """Say of list properties what they hold: a structured array only says 'object'."""
-    names = [name for name in rows.dtype.names or () if rows.dtype[name] == np.dtype(object)]
-    return {
-        "len_types": dict.fromkeys(names, "u4"),
-        "val_types": {
-            name: np.asarray(rows[name][0]).dtype.str if len(rows) else "f8" for name in names
-        },
-    }
-
-
-def _check_size(path: Path) -> None:
-    """Refuse a binary file whose header announces more records than its bytes can hold.
-
-    A reader that believes such a header reserves the memory first and finds out after.
-    """
-    sizes = {"char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2,
-             "uint16": 2, "int": 4, "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4,
-             "double": 8, "float64": 8}  # fmt: skip
-    with open(path, "rb") as file:
-        if file.readline(16).strip() != b"ply":
-            raise FileFormatError(f"Not a PLY file: it does not begin with 'ply'. Given: {path}.")
-        need = count = 0
-        text = True
-        # Longer headers than this are not met; an endless one must not be read to its end.
-        for _ in range(10_000):
-            words = file.readline(10_000).split()
-            if not words and file.tell() == path.stat().st_size:
-                raise FileFormatError(f"The PLY header has no end. Given: {path}.")
-            if words[:1] == [b"end_header"]:
-                break
-            if words[:1] == [b"format"] and len(words) > 1:
-                text = words[1] == b"ascii"
-            elif words[:1] == [b"element"] and len(words) > 2:
-                if not words[2].isdigit():
-                    raise FileFormatError(
-                        f"The PLY header has {words[2].decode(errors='replace')!r} where a number "
-                        f"of records belongs. Given: {path}."
-                    )
-                count = int(words[2])
-                need += 2 * count if text else 0
-            elif words[:1] == [b"property"] and len(words) > 2 and not text:
-                kind = words[2] if words[1] == b"list" else words[1]
-                need += count * sizes.get(kind.decode(errors="replace"), 1)
-        have = path.stat().st_size - file.tell()
-    if need > have + 2:
-        raise FileFormatError(
-            f"The PLY file is cut short: its header announces at least {need} bytes of records, "
-            f"{have} follow. Given: {path}."
+    def _widened(
+        self,
+        indices: IntArray,
+        extra: Mapping[str, npt.NDArray[np.generic]],
+        kinds: Mapping[str, str],
+    ) -> bytes:
+        rows = [self.records[index] for index in indices]
+        chosen = {name: values[indices] for name, values in extra.items()}
+        if not self.header.order:
+            texts = zip(*(map(repr, values.tolist()) for values in chosen.values()))
+            ends = ("".join(f" {text}" for text in row).encode() for row in texts)
+            newline = self.header.newline
+            return b"".join(row.rstrip() + end + newline for row, end in zip(rows, ends))
+        tail = np.empty(
+            len(rows), dtype=[(name, self.header.order + kind) for name, kind in kinds.items()]
+        )
+        for name, values in chosen.items():
+            tail[name] = values
+        size, tails = tail.itemsize, tail.tobytes()
+        return b"".join(
+            row + tails[at : at + size] for row, at in zip(rows, range(0, len(tails), size))
         )
 
 
-def _columns(element: Any) -> list[str]:
-    return [prop.name for prop in element.properties]
+def _read_text(
+    data: bytes, header: PlyHeader, vertex: Element
+) -> tuple[ByteRecords, Mapping[str, FloatArray]]:
+    lines = ByteRecords.of_lines(data[header.size :], newline=header.newline)
+    announced = sum(element.count for element in header.elements)
+    if announced > len(lines):
+        raise FileFormatError(
+            f"The PLY file is cut short: its header announces {announced} lines of records, "
+            f"{len(lines)} follow."
+        )
+    before = 0
+    for element in header.elements:
+        if element is vertex:
+            break
+        before += element.count
+    records = lines.only(np.arange(before, before + vertex.count))
+    if not vertex.count:
+        return records, {prop.name: np.empty(0) for prop in vertex.properties}
+    try:
+        if vertex.has_lists:
+            return records, _walk_words(records, vertex)
+        # Numbers are taken with all the digits they are written with, whatever type is declared.
+        table = np.loadtxt(
+            io.BytesIO(records.take(np.arange(len(records))).replace(b"\r", b"\n")),
+            ndmin=2, comments=None, encoding="latin-1",
+        )  # fmt: skip
+    except (ValueError, IndexError, OverflowError) as error:
+        raise FileFormatError(
+            f"The PLY file has a vertex that is not numbers as its header announces "
+            f"({_first_line(error)})."
+        ) from error
+    if table.shape != (vertex.count, len(vertex.properties)):
+        raise FileFormatError(
+            f"The PLY header announces {len(vertex.properties)} numbers a vertex, "
+            f"{table.shape[1]} are there."
+        )
+    return records, {prop.name: table[:, at] for at, prop in enumerate(vertex.properties)}
 
 
-def _matrix(rows: npt.NDArray[np.void], names: tuple[str, ...]) -> FloatArray:
-    out = np.empty((len(rows), len(names)))
-    for column, name in enumerate(names):
-        out[:, column] = rows[name]
-    return out
+def _walk_words(records: ByteRecords, vertex: Element) -> dict[str, FloatArray]:
+    """Return the single values of lines that also hold lists."""
+    columns = {name: np.empty(len(records)) for name in _single(vertex)}
+    for row in range(len(records)):
+        words = records[row].split()
+        at = 0
+        for prop in vertex.properties:
+            if prop.length is None:
+                columns[prop.name][row] = float(words[at])
+                at += 1
+            else:
+                at += 1 + int(words[at])
+        if at != len(words):
+            raise ValueError(f"{len(words)} numbers instead of {at} at vertex {row}")
+    return columns
 
 
-def _colors(rows: npt.NDArray[np.void], names: set[str]) -> FloatArray | None:
-    if not {"red", "green", "blue"} <= names:
+def _read_binary(
+    data: bytes, header: PlyHeader, vertex: Element
+) -> tuple[ByteRecords, Mapping[str, npt.NDArray[Any]]]:
+    at = header.size
+    found: ByteRecords | None = None
+    for element in header.elements:
+        records = _locate(data, at, element, header.order)
+        at = int(records.ends[-1]) if len(records) else at
+        if element is vertex:
+            found = records
+    assert found is not None
+    if not vertex.has_lists:
+        rows = np.frombuffer(
+            data,
+            dtype=vertex.dtype(header.order),
+            count=vertex.count,
+            offset=int(found.starts[0]) if len(found) else 0,
+        )
+        return found, {name: rows[name] for name in rows.dtype.names or ()}
+    return found, _walk_bytes(found, vertex, header.order)
+
+
+def _locate(data: bytes, at: int, element: Element, order: str) -> ByteRecords:
+    """Find the records of an element that begin at a byte."""
+    least = sum(np.dtype(prop.length or prop.kind).itemsize for prop in element.properties)
+    if element.count * least > len(data) - at:
+        raise FileFormatError(
+            f"The PLY file is cut short: its header announces {element.count} records of "
+            f"{element.name!r}, at least {element.count * least} bytes; {len(data) - at} follow."
+        )
+    if not element.has_lists:
+        return _equal_records(data, at, element.count, least)
+    return _same_lists(data, at, element, order) or _walk_lists(data, at, element, order)
+
+
+def _equal_records(data: bytes, at: int, count: int, size: int) -> ByteRecords:
+    starts = at + size * np.arange(count, dtype=np.int64)
+    return ByteRecords(data, starts, starts + size)
+
+
+def _same_lists(data: bytes, at: int, element: Element, order: str) -> ByteRecords | None:
+    """Find records whose lists are all as long as those of the first, as triangles are."""
+    if not element.count:
         return None
+    first = _record_lists(data, at, element, order)
+    fields: list[Any] = []
+    for number, prop in enumerate(element.properties):
+        if prop.length is None:
+            fields.append((f"v{number}", order + prop.kind))
+        else:
+            fields += [(f"n{number}", order + prop.length),
+                       (f"v{number}", order + prop.kind, (first[number],))]  # fmt: skip
+    dtype = np.dtype(fields)
+    if element.count * dtype.itemsize > len(data) - at:
+        return None
+    rows = np.frombuffer(data, dtype=dtype, count=element.count, offset=at)
+    if any((rows[f"n{number}"] != length).any() for number, length in first.items()):
+        return None
+    return _equal_records(data, at, element.count, dtype.itemsize)
+
+
+def _walk_lists(data: bytes, at: int, element: Element, order: str) -> ByteRecords:
+    starts, ends = [], []
+    for _ in range(element.count):
+        starts.append(at)
+        at = _record_end(data, at, element, order)
+        ends.append(at)
+    return ByteRecords(data, np.array(starts, dtype=np.int64), np.array(ends, dtype=np.int64))
+
+
+def _record_end(data: bytes, at: int, element: Element, order: str) -> int:
+    lists = _record_lists(data, at, element, order)
+    for number, prop in enumerate(element.properties):
+        size = np.dtype(prop.kind).itemsize
+        if prop.length is not None:
+            size = np.dtype(prop.length).itemsize + size * lists[number]
+        at += size
+    return at
+
+
+def _record_lists(data: bytes, at: int, element: Element, order: str) -> dict[int, int]:
+    """Return the lengths of the lists of one record: place of the property → length."""
+    lists = {}
+    byteorder: Any = "big" if order == ">" else "little"
+    for number, prop in enumerate(element.properties):
+        size = np.dtype(prop.kind).itemsize
+        if prop.length is not None:
+            width = np.dtype(prop.length).itemsize
+            length = int.from_bytes(
+                data[at : at + width], byteorder, signed=prop.length.startswith("i")
+            )
+            if length < 0:
+                raise FileFormatError(
+                    f"The PLY file has a list of negative length in {element.name!r}."
+                )
+            lists[number] = length
+            size = width + length * size
+        at += size
+        if at > len(data):
+            raise FileFormatError(
+                f"The PLY file is cut short: a record of {element.name!r} ends behind the file."
+            )
+    return lists
+
+
+def _walk_bytes(records: ByteRecords, vertex: Element, order: str) -> dict[str, FloatArray]:
+    """Return the single values of records that also hold lists."""
+    columns = {name: np.empty(len(records)) for name in _single(vertex)}
+    for row in range(len(records)):
+        record = records[row]
+        lists = _record_lists(record, 0, vertex, order)
+        at = 0
+        for number, prop in enumerate(vertex.properties):
+            if prop.length is None:
+                value = np.frombuffer(record, dtype=order + prop.kind, count=1, offset=at)
+                columns[prop.name][row] = value[0]
+                at += value.itemsize
+            else:
+                at += np.dtype(prop.length).itemsize
+                at += lists[number] * np.dtype(prop.kind).itemsize
+    return columns
+
+
+def _single(element: Element) -> set[str]:
+    """Return the names of the properties that hold one value a record."""
+    return {prop.name for prop in element.properties if prop.length is None}
+
+
+def _matrix(columns: Mapping[str, npt.NDArray[Any]], names: tuple[str, ...]) -> FloatArray:
+    return np.column_stack([np.asarray(columns[name], dtype=np.float64) for name in names])
+
+
+def _colors(columns: Mapping[str, npt.NDArray[Any]], vertex: Element) -> FloatArray | None:
     channels: tuple[str, ...] = ("red", "green", "blue")
-    if "alpha" in names:
+    if not set(channels) <= _single(vertex):
+        return None
+    if "alpha" in _single(vertex):
         channels += ("alpha",)
-    values = _matrix(rows, channels)
-    kind = rows.dtype["red"]
+    values = _matrix(columns, channels)
+    kind = np.dtype(vertex.properties[vertex.index("red")].kind)
     if kind.kind in "ui":
         values /= np.iinfo(kind).max
     if values.shape[1] == 3:

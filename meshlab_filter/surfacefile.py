@@ -6,9 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import plyfile
 
+from .plyheader import Property, header_of_surface
 from .validation import FloatArray, IntArray
+
+_PROPERTIES = (
+    *(Property(name, "f8") for name in ("x", "y", "z")),
+    *(Property(name, "u1") for name in ("red", "green", "blue", "alpha")),
+    Property("quality", "f8"),
+)
 
 
 def write_surface(
@@ -32,24 +38,16 @@ def write_surface(
         Red, green, blue, alpha in 0 … 1.
     comments : sequence of str
     """
-    channels = ("red", "green", "blue", "alpha")
-    vertices = np.empty(
-        len(points),
-        dtype=[*((axis, "f8") for axis in "xyz"), *((name, "u1") for name in channels),
-               ("quality", "f8")],
-    )  # fmt: skip
+    vertices = np.empty(len(points), dtype=[(prop.name, "<" + prop.kind) for prop in _PROPERTIES])
     for column, axis in enumerate("xyz"):
         vertices[axis] = points[:, column]
-    for column, name in enumerate(channels):
+    for column, name in enumerate(("red", "green", "blue", "alpha")):
         vertices[name] = np.rint(colors[:, column] * 255)
     vertices["quality"] = quality
-    triangles = np.empty(len(faces), dtype=[("vertex_indices", "i4", (3,))])
+    triangles = np.empty(len(faces), dtype=[("length", "u1"), ("vertex_indices", "<i4", (3,))])
+    triangles["length"] = 3
     triangles["vertex_indices"] = faces
-    plyfile.PlyData(
-        [
-            plyfile.PlyElement.describe(vertices, "vertex"),
-            plyfile.PlyElement.describe(triangles, "face"),
-        ],
-        byte_order="<",
-        comments=list(comments),
-    ).write(str(path))
+    with open(path, "wb") as file:
+        file.write(header_of_surface(_PROPERTIES, len(points), len(faces), comments=comments))
+        file.write(vertices.tobytes())
+        file.write(triangles.tobytes())

@@ -12,14 +12,14 @@ import numpy.typing as npt
 
 from .cloud import Cloud
 from .errors import FileFormatError
+from .records import ByteRecords
 from .validation import FloatArray, IntArray
 
 
-def is_text(path: Path) -> bool:
-    """Tell a text file from MeshLab's binary .pts format, which shares the extension."""
+def is_meshlab_points(path: Path) -> bool:
+    """Tell MeshLab's own point format, which shares the extension .pts, from lines of numbers."""
     with open(path, "rb") as file:
-        head = file.read(4096)
-    return not head.startswith(b"[Expe") and b"\0" not in head
+        return file.read(5) == b"[Expe"
 
 
 def read_text(path: Path) -> Cloud:
@@ -42,47 +42,30 @@ def read_text(path: Path) -> Cloud:
     FileFormatError
         If a line is not numbers, lines differ in length, or there are fewer than three columns.
     """
-    lines = path.read_bytes().splitlines(keepends=True)
+    data = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
+    if b"\0" in data:
+        raise FileFormatError(f"Not a text file: it holds bytes of zero. Given: {path}.")
+    newline = next((mark for mark in (b"\r\n", b"\n", b"\r") if mark in data), b"\n")
+    lines = ByteRecords.of_lines(data, newline=newline)
     kept = [
-        index for index, line in enumerate(lines)
-        if line.strip() and not line.lstrip().startswith((b"#", b"//"))
-    ]  # fmt: skip
-    header = []
-    if kept and _is_header(lines[kept[0]]):
-        header = [lines[kept.pop(0)]]
+        index for index in range(len(lines)) if not lines[index].lstrip().startswith((b"#", b"//"))
+    ]
+    header = lines[kept.pop(0)] if kept and _is_header(lines[kept[0]]) else b""
     if not kept:
         raise FileFormatError(f"The file has no lines of numbers. Given: {path}.")
-    body = [lines[index] for index in kept]
-    separator = next((mark for mark in (b",", b";") if mark in body[0]), None)
-    try:
-        table = np.loadtxt(
-            io.BytesIO(b"\n".join(line.rstrip(b"\r\n") for line in body)),
-            delimiter=separator.decode() if separator else None,
-            ndmin=2,
-            comments=None,
-            encoding="latin-1",
-        )
-    except ValueError as error:
+    lines = lines.only(np.array(kept))
+    counted = header.strip().isdigit()
+    if counted and int(header) != len(lines):
         raise FileFormatError(
-            f"Not lines of numbers ({str(error).splitlines()[0].rstrip('.')}). Given: {path}."
-        ) from error
-    if table.shape[1] < 3:
-        raise FileFormatError(
-            f"Lines must have at least three numbers, x y z. Given: {table.shape[1]} in {path}."
+            f"The file is cut short: its first line announces {int(header)} points, "
+            f"{len(lines)} follow. Given: {path}."
         )
-    if not body[-1].endswith(b"\n"):
-        body[-1] += b"\n"
-    counted = bool(header) and header[0].strip().isdigit()
-    if counted and int(header[0]) != len(body):
-        raise FileFormatError(
-            f"The file is cut short: its first line announces {int(header[0])} points, "
-            f"{len(body)} follow. Given: {path}."
-        )
+    table = _parse(lines, path)
     return Cloud(
         points=np.ascontiguousarray(table[:, :3]),
         normals=_normals(table),
         path=path,
-        records=TextRecords(lines=body, header=header[0] if header and not counted else b"",
+        records=TextRecords(lines, newline=newline, header=b"" if counted else header,
                             counted=counted),
     )  # fmt: skip
 
@@ -91,7 +74,8 @@ def read_text(path: Path) -> Cloud:
 class TextRecords:
     """The lines of a text file, written again as they were read."""
 
-    lines: list[bytes]
+    lines: ByteRecords
+    newline: bytes = b"\n"
     header: bytes = b""
     counted: bool = False
 
@@ -104,9 +88,10 @@ class TextRecords:
         extra: Mapping[str, npt.NDArray[np.generic]] | None = None,
     ) -> None:
         """Write some of the lines; text has no agreed place for comments or further columns."""
+        body = self.lines.take(indices)
         with open(path, "wb") as file:
-            file.write(b"%d\n" % len(indices) if self.counted else self.header)
-            file.writelines(self.lines[index] for index in indices)
+            file.write(b"%d" % len(indices) + self.newline if self.counted else self.header)
+            file.write(body if body.endswith(self.newline) else body + self.newline)
 
 
 def write_text(cloud: Cloud, path: Path, indices: IntArray, *, comma: bool = False) -> None:
@@ -118,6 +103,30 @@ def write_text(cloud: Cloud, path: Path, indices: IntArray, *, comma: bool = Fal
     with open(path, "w", encoding="ascii", newline="\n") as file:
         for row in np.hstack(columns).tolist():
             file.write(mark.join(map(repr, row)) + "\n")
+
+
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+
+
+def _parse(lines: ByteRecords, path: Path) -> FloatArray:
+    separator = next((mark for mark in (b",", b";") if mark in lines[0]), None)
+    try:
+        table: FloatArray = np.loadtxt(
+            io.BytesIO(lines.take(np.arange(len(lines))).replace(b"\r", b"\n")),
+            delimiter=separator.decode() if separator else None,
+            ndmin=2,
+            comments=None,
+            encoding="latin-1",
+        )
+    except (ValueError, OverflowError) as error:
+        raise FileFormatError(
+            f"Not lines of numbers ({str(error).splitlines()[0].rstrip('.')}). Given: {path}."
+        ) from error
+    if table.shape[1] < 3:
+        raise FileFormatError(
+            f"Lines must have at least three numbers, x y z. Given: {table.shape[1]} in {path}."
+        )
+    return table
 
 
 def _is_header(line: bytes) -> bool:
