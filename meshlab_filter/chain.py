@@ -15,6 +15,7 @@ from .bridge.session import import_pymeshlab, load
 from .cloud import Cloud, check_readable, read_cloud, write_cloud
 from .colormap import colorize
 from .errors import InvalidCloudError, OutputError
+from .htmlreport import check_html, write_html
 from .measure import Outcome, error_scale, errors, figures, measure, prepare, worst_near
 from .outputs import writing_folder
 from .project import write_project
@@ -29,6 +30,7 @@ from .surfacefile import write_surface
 Progress = Callable[[str, "float | None"], object]
 
 FILES = ("simplified.ply", "surface.ply", "original.ply", "project.mlp", "report.json")
+PAGE = "report.html"
 
 
 def run(
@@ -42,6 +44,7 @@ def run(
     surface: str = "ball-pivoting",
     floor: bool = True,
     drop_invalid: bool = False,
+    html: bool = False,
     progress: Progress | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
@@ -65,6 +68,8 @@ def run(
         simplification.
     drop_invalid : bool
         Leave out points with NaN or infinite coordinates instead of refusing the file.
+    html : bool
+        Also write ``report.html``; needs the extra ``report`` (plotly and jinja2).
     progress : callable, optional
 
     Returns
@@ -77,11 +82,13 @@ def run(
     MeshlabFilterError
         A subclass, with one sentence that says what is wrong. Nothing is written then.
     """
+    if html:
+        check_html()
     tell = progress or (lambda stage, share: None)
     watch = Stopwatch(lambda stage: tell(stage, None))
     path, out = check_readable(path), Path(out)
     if out.exists() and any(
-        (out / name).exists() and (out / name).samefile(path) for name in FILES
+        (out / name).exists() and (out / name).samefile(path) for name in (*FILES, PAGE)
     ):
         raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
     scan = prepare(path, drop_invalid=drop_invalid, watch=watch)
@@ -122,6 +129,8 @@ def run(
     with writing_folder(out) as staging:
         with watch("write"):
             write_results(staging, outcome, lines)
+            if html:
+                write_html(staging / PAGE, outcome, report)
         report["times"] = watch.times
         write_report(report, staging / "report.json")
     return report

@@ -43,3 +43,16 @@ def colorize(values: npt.ArrayLike, *, low: float, high: float) -> FloatArray:
     steps = np.linspace(0, 1, len(_CIVIDIS))
     channels = [np.interp(position, steps, _CIVIDIS[:, channel]) for channel in range(3)]
     return np.column_stack([*channels, np.ones(len(array))])
+
+
+def colorscale() -> list[list[object]]:
+    """Return the map as pairs of a place in 0 … 1 and a colour, as plotly and CSS write it.
+
+    Examples
+    --------
+    >>> colorscale()[0]
+    [0.0, 'rgb(0, 34, 78)']
+    """
+    places = np.linspace(0, 1, len(_CIVIDIS)).round(4).tolist()
+    colors = np.rint(_CIVIDIS * 255).astype(int).tolist()
+    return [[place, f"rgb({r}, {g}, {b})"] for place, (r, g, b) in zip(places, colors)]

@@ -15,10 +15,11 @@ from .bridge.distance import distances
 from .bridge.layer import add_layer
 from .bridge.script import ScriptRun, check_ranked, run_script
 from .bridge.session import import_pymeshlab, load
-from .chain import FILES, Progress, write_results
+from .chain import FILES, PAGE, Progress, write_results
 from .cloud import MESHLAB_FORMATS, check_readable, check_writable, write_cloud
 from .errors import OutputError, PresetError
 from .files import FileSummary
+from .htmlreport import check_html, write_html
 from .measure import Measured, Outcome, Scan, figures, prepare
 from .methods.ranking import Ranking
 from .mlx import FilterScript
@@ -67,6 +68,7 @@ def run_preset(
     seed: int | None = None,
     floor: bool = True,
     drop_invalid: bool = False,
+    html: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Run a preset, or any filter script, on the cloud in a file and write the results.
@@ -86,6 +88,8 @@ def run_preset(
         Run the script without its deletion as well, if it thins as the presets do.
     drop_invalid : bool
         Leave out points with NaN or infinite coordinates instead of refusing the file.
+    html : bool
+        Also write ``report.html``, as of :func:`meshlab_filter.run`.
     progress : callable, optional
 
     Returns
@@ -100,12 +104,14 @@ def run_preset(
     MeshlabFilterError
         A subclass, with one sentence that says what is wrong. Nothing is written then.
     """
+    if html:
+        check_html()
     tell = progress or (lambda stage, share: None)
     watch = Stopwatch(lambda stage: tell(stage, None))
     script, recipe = _read(preset, seed)
     path, out = check_readable(path), Path(out)
     if out.exists() and any(
-        (out / name).exists() and (out / name).samefile(path) for name in FILES
+        (out / name).exists() and (out / name).samefile(path) for name in (*FILES, PAGE)
     ):
         raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
     scan = prepare(path, drop_invalid=drop_invalid, watch=watch)
@@ -151,6 +157,8 @@ def run_preset(
     with writing_folder(out) as staging:
         with watch("write"):
             write_results(staging, outcome, lines)
+            if html:
+                write_html(staging / PAGE, outcome, report)
         report["times"] = watch.times
         write_report(report, staging / "report.json")
     return report

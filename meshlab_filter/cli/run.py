@@ -28,6 +28,7 @@ SAID_BY_PRESET = ("method", "count", "keep", "clusters", "delete", "k", "init",
               help="ball-pivoting (passes of growing radius), ball-pivoting-auto (one pass, as in "
               "the paper), screened-poisson or none.")  # fmt: skip
 @click.option("--no-floor", is_flag=True, help="Do not run the chain on the untouched cloud too.")
+@click.option("--no-report", is_flag=True, help="Do not write report.html.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 @click.pass_context
 def command(
@@ -43,6 +44,7 @@ def command(
     quiet: bool,
     surface: str,
     no_floor: bool,
+    no_report: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -51,9 +53,10 @@ def command(
     \b
     Writes to FOLDER: simplified.ply, surface.ply (error near each vertex as
     quality and colour), original.ply (distance of each point as quality),
-    project.mlp (all three, for MeshLab) and report.json. Several scans each get
-    a folder of their name in FOLDER; one that fails does not stop the others,
-    and the exit code is that of the first that failed.
+    project.mlp (all three, for MeshLab), report.json and report.html (views,
+    histograms and figures; opens offline). Several scans each get a folder of
+    their name in FOLDER; one that fails does not stop the others, and the exit
+    code is that of the first that failed.
 
     \b
     Examples:
@@ -72,12 +75,17 @@ def command(
         _run_many(ctx, sources, out, arguments, jobs=jobs or 1, quiet=quiet, as_json=as_json)
         return
     from ..chain import run
+    from ..htmlreport import INSTALL, missing
     from ..recording import check_target, of_report, save
     from .console import progress
     from .summary import show_run
 
     if save_preset is not None:
         check_target(save_preset)
+    absent = [] if no_report else missing()
+    if absent and not quiet:
+        click.echo(f"No report.html: it needs {' and '.join(absent)}; {INSTALL}", err=True)
+    html = not (no_report or absent)
     with progress(quiet) as tell:
         if preset is not None:
             from ..scripted import run_preset
@@ -89,6 +97,7 @@ def command(
                 seed=seed if "seed" in given else None,
                 floor=not no_floor,
                 drop_invalid=drop_invalid,
+                html=html,
                 progress=tell,
             )
         else:
@@ -99,6 +108,7 @@ def command(
                 surface=surface,
                 floor=not no_floor,
                 drop_invalid=drop_invalid,
+                html=html,
                 progress=tell,
                 **method_arguments(**options),
             )
