@@ -99,22 +99,35 @@ function layoutOf() {
   return {scene: sceneOf(upward()), margin: {l: 0, r: 0, t: 0, b: 0}, paper_bgcolor: "#b9c0ca", font: FONT, showlegend: false};
 }
 
-let moving = false;
-function place(source, update) {
-  const targets = source && !document.getElementById("linked").checked ? [] : plots.filter(({plot}) => plot !== source);
-  if (moving || !targets.length) return;
-  moving = true;
-  requestAnimationFrame(() => {
-    Promise.all(targets.map(({plot}) => Plotly.relayout(plot, {"scene.camera": update}))).finally(() => { moving = false; });
-  });
+// Plots that are being moved by this script: what they report is no wish of the reader's.
+const busy = new Set();
+function move(targets, update) {
+  targets.forEach((plot) => busy.add(plot));
+  return Promise.all(targets.map((plot) => Plotly.relayout(plot, {"scene.camera": update})))
+    .finally(() => targets.forEach((plot) => busy.delete(plot)));
 }
 
-function follow(plot) {
+const isLinked = () => document.getElementById("linked").checked;
+let latest = null, moving = false;
+async function follow(source, update) {
+  latest = [source, update];
+  if (moving) return;
+  moving = true;
+  while (latest) {
+    const [plot, wanted] = latest;
+    latest = null;
+    await new Promise(requestAnimationFrame);
+    await move(plots.map((each) => each.plot).filter((each) => each !== plot), wanted);
+  }
+  moving = false;
+}
+
+function listen(plot) {
   const moved = (event) => {
     const update = event["scene.camera"];
-    if (moving || !update) return;
+    if (busy.has(plot) || !update) return;
     camera = polar(update.eye);
-    place(plot, update);
+    if (isLinked()) follow(plot, update);
   };
   plot.on("plotly_relayouting", moved);
   plot.on("plotly_relayout", moved);
@@ -122,8 +135,7 @@ function follow(plot) {
 
 function point(only) {
   const update = {eye: eyeOf(camera), up: {x: 0, y: 0, z: 1}, center: {x: 0, y: 0, z: 0}};
-  const all = !only || document.getElementById("linked").checked;
-  return Promise.all(plots.filter(({plot}) => all || plot === only).map(({plot}) => Plotly.relayout(plot, {"scene.camera": update})));
+  return move(plots.map(({plot}) => plot).filter((plot) => !only || isLinked() || plot === only), update);
 }
 
 function onKey(event) {
@@ -171,7 +183,7 @@ async function start() {
   }
   for (const {plot, view} of plots) {
     await Plotly.newPlot(plot, [traceOf(view, chosen(), upward())], layoutOf(), CONFIG);
-    follow(plot);
+    listen(plot);
     plot.addEventListener("keydown", onKey);
   }
   document.getElementById("controls").addEventListener("submit", (event) => event.preventDefault());
