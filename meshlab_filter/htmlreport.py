@@ -15,7 +15,7 @@ from .errors import OutputError
 from .meaning import COLUMNS, error_table, figure_groups
 from .measure import Outcome, error_scale, worst_near
 from .quality import ACCEPTABLE_COMPACTNESS, PAPER_CUT, compactness
-from .repeat import command_line, python_lines
+from .repeat import command_line, preset_text, python_lines
 from .validation import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -72,7 +72,8 @@ def write_html(path: Path, outcome: Outcome, report: dict[str, Any]) -> None:
             "histograms": histograms(outcome),
             "colorscale": colorscale(),
         },
-        title=f"{name}: {len(result.rank)} points, {len(result.indices)} left",
+        title=f"{name}: {report['points']['original']} points, "
+        f"{report['points']['simplified']} left",
         name=name,
         report=report,
         columns=COLUMNS,
@@ -81,6 +82,7 @@ def write_html(path: Path, outcome: Outcome, report: dict[str, Any]) -> None:
         entropy=result.entropy is not None,
         command=command_line(report),
         python=python_lines(report),
+        preset=preset_text(report),
     )
     path.write_text(page, encoding="utf-8", errors="backslashreplace")
 
@@ -161,20 +163,28 @@ def views(outcome: Outcome) -> list[dict[str, Any]]:
             },
         }
 
-    kept = cloud.points[result.indices]
+    kept, source = cloud.points[result.indices], result.indices
+    if outcome.other is not None:
+        kept, source = outcome.other, _nearest(outcome.other, kept, source)
     everything = np.arange(len(cloud.points))
     out = [
         view("Original", cloud.points, shares, everything),
-        view("Simplified", kept, worst_near(kept, cloud.points, shares), result.indices),
+        view("Simplified", kept, worst_near(kept, cloud.points, shares), source),
     ]
     if len(measured.faces):
-        from scipy.spatial import cKDTree
-
-        _, nearest = cKDTree(kept).query(measured.points, workers=-1)
         worst = worst_near(measured.points, cloud.points, shares)
-        source = result.indices[nearest]
+        source = _nearest(measured.points, kept, source)
         out.append(view("Surface", measured.points, worst, source, measured.faces))
     return out
+
+
+def _nearest(points: FloatArray, kept: FloatArray, source: IntArray) -> IntArray:
+    """Return the index into the cloud of the kept point nearest to each of some points."""
+    from scipy.spatial import cKDTree
+
+    _, nearest = cKDTree(kept).query(points, workers=-1)
+    found: IntArray = source[nearest]
+    return found
 
 
 def histograms(outcome: Outcome) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""How to repeat a run: as a command and as lines of Python."""
+"""How to repeat a run: as a command, as lines of Python and as a preset."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import shlex
 from typing import Any
 
 from .methods.registry import get_method
+from .presets import PRESETS
+from .recording import of_report
 
 #: Parameters that the command line has options for; the others go through ``--set``.
 _OPTIONS = {"clusters": "--clusters", "delete": "--delete", "k": "-k", "init": "--init"}
@@ -32,7 +34,13 @@ def command_line(report: dict[str, Any]) -> str:
     "meshlab-filter run 'my scan.ply' --method cluster-entropy --delete 7.4% --seed 0"
     """
     given = report["parameters"]
-    words = ["meshlab-filter", "run", report["input"]["path"], "--method", given["method"]]
+    words = ["meshlab-filter", "run", report["input"]["path"]]
+    if given.get("preset"):
+        words += ["--preset", _preset(given)]
+        words += ["--seed", str(given["seed"])] if "seed" in given else []
+        words += ["--drop-invalid"] if given["drop_invalid"] else []
+        return shlex.join(words)
+    words += ["--method", given["method"]]
     if given["asked"] is not None:
         words += ["--count", str(given["asked"])]
     for name, value in _own(given).items():
@@ -79,7 +87,14 @@ def python_lines(report: dict[str, Any]) -> str:
     )
     """
     given = report["parameters"]
-    arguments = {"method": given["method"]}
+    function, places = "meshlab_filter.run", [report["input"]["path"], "result"]
+    arguments: dict[str, Any] = {}
+    if given.get("preset"):
+        function, places = "run_preset", [*places, _preset(given)]
+        arguments |= {"seed": given["seed"]} if "seed" in given else {}
+        arguments |= {"drop_invalid": True} if given["drop_invalid"] else {}
+        return _call("from meshlab_filter.scripted import run_preset", function, places, arguments)
+    arguments["method"] = given["method"]
     if given["asked"] is not None:
         arguments["count"] = given["asked"]
     arguments |= {**_own(given), "seed": given["seed"]}
@@ -87,10 +102,35 @@ def python_lines(report: dict[str, Any]) -> str:
         arguments["surface"] = given["surface"]
     if given["drop_invalid"]:
         arguments["drop_invalid"] = True
-    lines = [repr(report["input"]["path"]), "'result'"]
-    lines += [f"{name}={value!r}" for name, value in arguments.items()]
+    return _call("import meshlab_filter", function, places, arguments)
+
+
+def preset_text(report: dict[str, Any]) -> str | None:
+    """Return the filter script that does the same again, None if a preset was run.
+
+    Parameters
+    ----------
+    report : dict
+        What :func:`meshlab_filter.run` returns.
+
+    Returns
+    -------
+    str or None
+        The text of an .mlx file for MeshLab and ``meshlab-filter run --preset``.
+    """
+    return None if report["parameters"].get("preset") else of_report(report).to_xml()
+
+
+def _call(imports: str, function: str, places: list[str], arguments: dict[str, Any]) -> str:
+    lines = [*map(repr, places), *(f"{name}={value!r}" for name, value in arguments.items())]
     body = "".join(f"    {line},\n" for line in lines)
-    return f"import meshlab_filter\n\nreport = meshlab_filter.run(\n{body})"
+    return f"{imports}\n\nreport = {function}(\n{body})"
+
+
+def _preset(given: dict[str, Any]) -> str:
+    """Return the preset as it is asked for: one of ours by its name, any other by its file."""
+    name = str(given["preset"])
+    return name.removesuffix(".mlx") if name.removesuffix(".mlx") in PRESETS else name
 
 
 def _own(given: dict[str, Any]) -> dict[str, Any]:

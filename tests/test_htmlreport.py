@@ -248,3 +248,35 @@ def test_pack_is_little_endian():
     array = np.arange(6.0).reshape(2, 3)
     npt.assert_array_equal(unpack(pack(array.T)), array.T.ravel())
     npt.assert_array_equal(unpack(pack([1, 2, 70000], "i4")), [1, 2, 70000])
+
+
+def test_page_of_a_preset(tmp_path):
+    """A preset's page has its views and repeats itself by its name."""
+    from meshlab_filter.scripted import run_preset
+
+    source = write_sphere(tmp_path / "scan.ply", 600)
+    report = run_preset(source, tmp_path / "out", "default", html=True)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert command_line(report).endswith("scan.ply --preset default --seed 0")
+    assert "&#39;default&#39;" in page
+    simplified = payload_of(page)["views"][1]
+    assert len(unpack(simplified["x"])) == report["points"]["simplified"]
+    namespace: dict = {}
+    exec(python_lines(report).replace("'result'", repr(str(tmp_path / "again"))), namespace)
+    assert namespace["report"]["points"] == report["points"]
+
+
+def test_page_offers_the_run_as_a_preset(result, tmp_path):
+    """The filter script in the page gives the same cloud and the same error."""
+    from html import unescape
+
+    from meshlab_filter.scripted import run_preset
+
+    _, source, report, page = result
+    text = unescape(re.search(r"(&lt;!DOCTYPE FilterScript.*?)</pre>", page, re.S)[1])
+    (tmp_path / "repeat.mlx").write_text(text, encoding="utf-8")
+    again = run_preset(source, tmp_path / "out", tmp_path / "repeat.mlx")
+    assert again["points"]["simplified"] == report["points"]["simplified"]
+    npt.assert_allclose(
+        again["error"]["uncut"]["mean"], report["error"]["uncut"]["mean"], rtol=1e-6
+    )

@@ -69,3 +69,15 @@ def error_table(error: dict[str, Any]) -> Table:
     for row in error_rows(error):
         table.add_row(*row)
     return table
+
+
+def can_write_page(*, quiet: bool) -> bool:
+    """Tell whether the HTML report can be written; if not, say how to install what it needs."""
+    from ..htmlreport import INSTALL, missing
+
+    absent = missing()
+    if absent and not quiet:
+        import click
+
+        click.echo(f"No report.html: it needs {' and '.join(absent)}; {INSTALL}", err=True)
+    return not absent

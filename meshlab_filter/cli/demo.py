@@ -19,16 +19,17 @@ def command(out: Path, quiet: bool) -> None:
     """
     from ..bridge.samples import sample_mesh
     from ..chain import run
-    from .console import progress, show
+    from .console import can_write_page, progress, show
     from .summary import show_run
 
     bunny = sample_mesh("bunny.obj")
+    html = can_write_page(quiet=quiet)
     with progress(quiet) as tell:
-        paper = run(bunny, out / "paper", progress=tell)
+        paper = run(bunny, out / "paper", html=html, progress=tell)
         kept = paper["points"]["simplified"]
-        ours = run(bunny, out / "adaptive", count=kept, progress=tell)
+        ours = run(bunny, out / "adaptive", count=kept, html=html, progress=tell)
     if not quiet:
         show("The rule of the paper:")
-        show_run(paper, out / "paper")
+        show_run(paper, out / "paper", page=html)
         show("", "The same number of points, chosen one by one:")
-        show_run(ours, out / "adaptive")
+        show_run(ours, out / "adaptive", page=html)

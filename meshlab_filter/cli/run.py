@@ -75,17 +75,13 @@ def command(
         _run_many(ctx, sources, out, arguments, jobs=jobs or 1, quiet=quiet, as_json=as_json)
         return
     from ..chain import run
-    from ..htmlreport import INSTALL, missing
     from ..recording import check_target, of_report, save
-    from .console import progress
+    from .console import can_write_page, progress
     from .summary import show_run
 
     if save_preset is not None:
         check_target(save_preset)
-    absent = [] if no_report else missing()
-    if absent and not quiet:
-        click.echo(f"No report.html: it needs {' and '.join(absent)}; {INSTALL}", err=True)
-    html = not (no_report or absent)
+    html = not no_report and can_write_page(quiet=quiet)
     with progress(quiet) as tell:
         if preset is not None:
             from ..scripted import run_preset
@@ -122,7 +118,7 @@ def command(
     if as_json:
         click.echo(json.dumps(report, indent=2))
     elif not quiet:
-        show_run(report, out)
+        show_run(report, out, page=html)
 
 
 def refuse_with_preset(given: set[str]) -> None:

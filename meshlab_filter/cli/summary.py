@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..batch import BatchRow
 
 
-def show_run(report: dict[str, Any], out: Path) -> None:
+def show_run(report: dict[str, Any], out: Path, *, page: bool = False) -> None:
     """Print what came out of a run: counts, surface, errors, where the files are."""
     points, surface, clusters = report["points"], report["surface"], report["clusters"]
     lines = [
@@ -43,7 +43,7 @@ def show_run(report: dict[str, Any], out: Path) -> None:
         *lines,
         error_table(report["error"]),
         f"Written to {out} in {seconds:.1f} s: open project.mlp in MeshLab; all figures are in "
-        "report.json.",
+        f"report.json{' and, with views, in report.html' if page else ''}.",
     )
 
 
