@@ -367,7 +367,6 @@ METHODS: dict[str, Method] = {
             source="Alexa et al. 2001, Point set surfaces, IEEE Visualization, pp. 21-28, "
             "doi:10.1109/VISUAL.2001.964489",
             parameters=(_NEIGHBORS,),
-            uses_normals=True,
             exact_count=True,
             total_order=True,
         ),
