@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from .amounts import points_to_keep
 from .bridge.distance import distances
 from .bridge.layer import add_layer
 from .bridge.session import import_pymeshlab, load
 from .cloud import Cloud, check_readable, read_cloud, write_cloud
 from .colormap import colorize
-from .errors import InvalidCloudError, OutputError
+from .errors import InvalidCloudError, InvalidParameterError, OutputError
 from .htmlreport import check_html, write_html
-from .measure import Outcome, error_scale, errors, figures, measure, prepare, worst_near
+from .measure import Outcome, Scan, error_scale, errors, figures, measure, prepare, worst_near
 from .outputs import writing_folder
 from .project import write_project
 from .provenance import comments, fingerprint, versions
@@ -25,9 +26,13 @@ from .report import SCHEMA_VERSION, write_report
 from .simplification import simplify
 from .stopwatch import Stopwatch
 from .surfacefile import write_surface
+from .surfacefirst import simplify_surface
+from .validation import check_choice
 
 #: Called with the name of a stage and the share of it done, None where that is not known.
 Progress = Callable[[str, "float | None"], object]
+
+ORDERS = ("points-first", "surface-first")
 
 FILES = ("simplified.ply", "surface.ply", "original.ply", "project.mlp", "report.json")
 PAGE = "report.html"
@@ -42,6 +47,9 @@ def run(
     keep: float | None = None,
     seed: int = 0,
     surface: str = "ball-pivoting",
+    order: str = "points-first",
+    move: bool = False,
+    fit: bool | None = None,
     floor: bool = True,
     drop_invalid: bool = False,
     html: bool = False,
@@ -63,6 +71,17 @@ def run(
     surface : str
         "ball-pivoting", "ball-pivoting-auto", "screened-poisson" or "none"
         (:func:`meshlab_filter.bridge.surface.reconstruct`).
+    order : str
+        "points-first": simplify the cloud, then build the surface through what stays.
+        "surface-first": build the surface through the whole cloud, then collapse its edges
+        (:func:`meshlab_filter.surfacefirst.simplify_surface`); needs ``count`` or ``keep`` and
+        takes no method.
+    move : bool
+        With "surface-first": let points move to where the error is least.
+    fit : bool, optional
+        Flip edges of the surface where that brings it nearer to the original points
+        (:func:`meshlab_filter.flips.flip_edges`). By default with "ball-pivoting" only:
+        "ball-pivoting-auto" is the chain of the paper.
     floor : bool
         Measure the same chain on the untouched cloud as well: the error that is not due to the
         simplification.
@@ -82,6 +101,7 @@ def run(
     MeshlabFilterError
         A subclass, with one sentence that says what is wrong. Nothing is written then.
     """
+    check_choice(order, name="order", choices=ORDERS)
     if html:
         check_html()
     tell = progress or (lambda stage, share: None)
@@ -93,24 +113,42 @@ def run(
         raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
     scan = prepare(path, drop_invalid=drop_invalid, watch=watch)
     cloud = scan.cloud
-    with watch("simplify"):
-        result = simplify(
-            cloud.points,
-            method=method,
-            normals=scan.normals,
-            count=count,
-            keep=keep,
-            seed=seed,
-            progress=lambda share: tell("simplify", share),
-            **parameters,
-        )
-    with watch("surface and error"):
-        measured = measure(scan, result.indices, surface=surface)
+    if order == "surface-first":
+        with watch("surface and error"):
+            result, measured = simplify_surface(
+                scan,
+                _count_alone(scan, count=count, keep=keep, method=method, **parameters),
+                surface=surface,
+                move=move,
+            )
+    else:
+        if move:
+            raise InvalidParameterError("Points only move with order surface-first. Given: move.")
+        with watch("simplify"):
+            result = simplify(
+                cloud.points,
+                method=method,
+                normals=scan.normals,
+                count=count,
+                keep=keep,
+                seed=seed,
+                progress=lambda share: tell("simplify", share),
+                **parameters,
+            )
+        with watch("surface and error"):
+            fit = surface == "ball-pivoting" if fit is None else fit
+            measured = measure(scan, result.indices, surface=surface, fit=fit)
     base = None
     if floor and surface != "none":
         with watch("floor"):
             base = measure(scan, np.arange(len(cloud.points)), surface=surface)
-    outcome = Outcome(scan=scan, result=result, measured=measured, base=base)
+    outcome = Outcome(
+        scan=scan,
+        result=result,
+        measured=measured,
+        base=base,
+        other=measured.points if move else None,
+    )
     report = {
         "schema": SCHEMA_VERSION,
         "input": {**fingerprint(path), "dropped": cloud.dropped, "faces": cloud.faces},
@@ -119,6 +157,8 @@ def run(
             "asked": result.asked,
             **result.parameters,
             "surface": surface,
+            "order": order,
+            "fit": fit,
             "drop_invalid": drop_invalid,
         },
         "versions": versions(),
@@ -192,6 +232,22 @@ def compare(
         "backward": errors(distances(meshset, ids[1], ids[0]), diagonal),
         "versions": versions(),
     }
+
+
+def _count_alone(
+    scan: Scan, *, count: int | None, keep: float | None, method: str | None, **parameters: Any
+) -> int:
+    """Return the number of points asked for, of which surface-first needs nothing else."""
+    given = {name: value for name, value in parameters.items() if value is not None}
+    if method is not None or given:
+        raise InvalidParameterError(
+            "With order surface-first MeshLab's edge collapse chooses the points, so no method and "
+            f"none of its parameters can be set. Given: {method or ', '.join(given)}."
+        )
+    asked = points_to_keep(len(scan.cloud.points), count=count, keep=keep)
+    if asked is None:
+        raise InvalidParameterError("Order surface-first needs count or keep. Given: neither.")
+    return asked
 
 
 def write_results(folder: Path, outcome: Outcome, lines: list[str]) -> None:

@@ -11,9 +11,10 @@ import numpy as np
 from .bridge.distance import distances
 from .bridge.layer import add_layer, current_normals
 from .bridge.session import import_pymeshlab
-from .bridge.surface import compute_normals, reconstruct
+from .bridge.surface import THROUGH_POINTS, compute_normals, reconstruct
 from .cloud import Cloud, read_cloud
 from .errors import MeshLabError
+from .flips import flip_edges
 from .quality import (
     PAPER_CUT,
     acceptable_share,
@@ -128,7 +129,7 @@ def prepare(path: Path, *, drop_invalid: bool, watch: Stopwatch) -> Scan:
     return Scan(cloud=cloud, origin=origin, normals=normals, estimated=estimated)
 
 
-def measure(scan: Scan, kept: IntArray, *, surface: str) -> Measured:
+def measure(scan: Scan, kept: IntArray, *, surface: str, fit: bool = False) -> Measured:
     """Rebuild a surface through some of the points and measure all of them against it.
 
     Parameters
@@ -138,6 +139,9 @@ def measure(scan: Scan, kept: IntArray, *, surface: str) -> Measured:
         Indices of the points the surface goes through.
     surface : str
         As in :func:`meshlab_filter.bridge.surface.reconstruct`.
+    fit : bool
+        Flip edges of the surface toward the original points
+        (:func:`meshlab_filter.flips.flip_edges`); only where the surface goes through the points.
 
     Returns
     -------
@@ -162,6 +166,11 @@ def measure(scan: Scan, kept: IntArray, *, surface: str) -> Measured:
         )
     vertices = points[kept] if surface != "screened-poisson" else mesh.vertex_matrix() + origin
     faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
+    reconstruction["fitted"] = fit and surface in THROUGH_POINTS
+    if reconstruction["fitted"]:
+        faces = flip_edges(points[kept] - origin, faces, points - origin)
+        add_layer(meshset, points[kept] - origin, faces=faces, name="fitted")
+        mesh = meshset.current_mesh()
     return Measured(
         points=vertices,
         faces=faces,

@@ -25,7 +25,7 @@ QUALITIES = ("rank", "percent")
 #: of the file, and where it has none, the method's own estimate.
 NORMALS = ("layer", "file")
 
-_OWN = ("method", "seed", "count", "quality", "center", "normals")
+_OWN = ("method", "seed", "count", "quality", "center", "normals", "fit")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +50,9 @@ class Recipe:
         precision loses least.
     normals : str
         "layer" or "file", see ``NORMALS``.
+    fit : bool
+        Flip edges of the surface toward the original points once the filters have run
+        (:func:`meshlab_filter.flips.flip_edges`). MeshLab has no filter for it and leaves it out.
 
     Examples
     --------
@@ -65,6 +68,7 @@ class Recipe:
     quality: str = "rank"
     center: bool = False
     normals: str = "layer"
+    fit: bool = False
 
     @classmethod
     def of(cls, instruction: Instruction, *, source: str = "script") -> Recipe:
@@ -90,10 +94,8 @@ class Recipe:
                 count=_integer("count", own["count"]) if "count" in own else None,
                 seed=_integer("seed", own.get("seed", "0")),
                 quality=check_choice(own.get("quality", "rank"), name="quality", choices=QUALITIES),
-                center=check_choice(
-                    own.get("center", "false"), name="center", choices=("false", "true")
-                )
-                == "true",
+                center=_flag(own, "center"),
+                fit=_flag(own, "fit"),
                 normals=check_choice(own.get("normals", "layer"), name="normals", choices=NORMALS),
             )
         except PresetError:
@@ -116,6 +118,8 @@ class Recipe:
             options["center"] = "true"
         if self.normals != "layer":
             options["normals"] = self.normals
+        if self.fit:
+            options["fit"] = "true"
         return Instruction(options)
 
     def rank(
@@ -179,6 +183,10 @@ def _integer(name: str, text: str) -> int:
         raise InvalidParameterError(
             f"Invalid {name}. Must be a whole number. Given: {text!r}."
         ) from None
+
+
+def _flag(options: Mapping[str, str], name: str) -> bool:
+    return check_choice(options.get(name, "false"), name=name, choices=("false", "true")) == "true"
 
 
 def _value(method: Method, name: str, text: str) -> Any:

@@ -25,7 +25,9 @@ def of_report(report: Mapping[str, Any]) -> FilterScript:
         What it returned.
     """
     given, surface = report["parameters"], report["surface"]
-    recipe = _recipe(given, asked=given["asked"], center=True, normals="layer")
+    recipe = _recipe(
+        given, asked=given["asked"], center=True, normals="layer", fit=surface["fitted"]
+    )
     return record(
         recipe,
         threshold=report["points"]["threshold"],
@@ -40,7 +42,7 @@ def of_summary(summary: FileSummary) -> FilterScript:
     """Return the script that does again what ``simplify_file`` did."""
     result = summary.result
     given = {"method": result.method, **result.parameters}
-    recipe = _recipe(given, asked=result.asked, center=False, normals="file")
+    recipe = _recipe(given, asked=result.asked, center=False, normals="file", fit=False)
     comment = _comment(recipe, len(summary.cloud.points), len(result.indices))
     return record(recipe, threshold=result.threshold, comment=comment)
 
@@ -73,7 +75,9 @@ def check_target(path: str | os.PathLike[str]) -> None:
         raise OutputError(f"The output's folder does not exist. Given: {target}.")
 
 
-def _recipe(given: Mapping[str, Any], *, asked: int | None, center: bool, normals: str) -> Recipe:
+def _recipe(
+    given: Mapping[str, Any], *, asked: int | None, center: bool, normals: str, fit: bool
+) -> Recipe:
     method = get_method(given["method"])
     names = [parameter.name for parameter in method.parameters]
     return Recipe(
@@ -82,6 +86,7 @@ def _recipe(given: Mapping[str, Any], *, asked: int | None, center: bool, normal
         count=asked,
         seed=given["seed"],
         center=center,
+        fit=fit,
         normals=normals if method.uses_normals else "layer",
     )
 

@@ -40,10 +40,12 @@ def command_line(report: dict[str, Any]) -> str:
         words += ["--seed", str(given["seed"])] if "seed" in given else []
         words += ["--drop-invalid"] if given["drop_invalid"] else []
         return shlex.join(words)
-    words += ["--method", given["method"]]
+    collapsed = given.get("order") == "surface-first"
+    if not collapsed:
+        words += ["--method", given["method"]]
     if given["asked"] is not None:
         words += ["--count", str(given["asked"])]
-    for name, value in _own(given).items():
+    for name, value in ({} if collapsed else _own(given)).items():
         if name == "keep_representative":
             words.append("--keep-representative")
         elif name in _OPTIONS:
@@ -51,9 +53,14 @@ def command_line(report: dict[str, Any]) -> str:
             words += [_OPTIONS[name], f"{100 * value:.12g}%" if share else str(value)]
         else:
             words += ["--set", f"{name}={value}"]
-    words += ["--seed", str(given["seed"])]
+    if collapsed:
+        words += ["--order", "surface-first", *(["--move"] if given["move"] else [])]
+    else:
+        words += ["--seed", str(given["seed"])]
     if given["surface"] != "ball-pivoting":
         words += ["--surface", given["surface"]]
+    if _fit_changed(given):
+        words.append("--fit" if given["fit"] else "--no-fit")
     if given["drop_invalid"]:
         words.append("--drop-invalid")
     return shlex.join(words)
@@ -94,19 +101,26 @@ def python_lines(report: dict[str, Any]) -> str:
         arguments |= {"seed": given["seed"]} if "seed" in given else {}
         arguments |= {"drop_invalid": True} if given["drop_invalid"] else {}
         return _call("from meshlab_filter.scripted import run_preset", function, places, arguments)
-    arguments["method"] = given["method"]
+    collapsed = given.get("order") == "surface-first"
+    if not collapsed:
+        arguments["method"] = given["method"]
     if given["asked"] is not None:
         arguments["count"] = given["asked"]
-    arguments |= {**_own(given), "seed": given["seed"]}
+    if collapsed:
+        arguments |= {"order": "surface-first", "move": given["move"]}
+    else:
+        arguments |= {**_own(given), "seed": given["seed"]}
     if given["surface"] != "ball-pivoting":
         arguments["surface"] = given["surface"]
+    if _fit_changed(given):
+        arguments["fit"] = given["fit"]
     if given["drop_invalid"]:
         arguments["drop_invalid"] = True
     return _call("import meshlab_filter", function, places, arguments)
 
 
 def preset_text(report: dict[str, Any]) -> str | None:
-    """Return the filter script that does the same again, None if a preset was run.
+    """Return the filter script that does the same again, where there is one to write.
 
     Parameters
     ----------
@@ -116,9 +130,13 @@ def preset_text(report: dict[str, Any]) -> str | None:
     Returns
     -------
     str or None
-        The text of an .mlx file for MeshLab and ``meshlab-filter run --preset``.
+        The text of an .mlx file for MeshLab and ``meshlab-filter run --preset``; None if a preset
+        was run, or the surface came first.
     """
-    return None if report["parameters"].get("preset") else of_report(report).to_xml()
+    given = report["parameters"]
+    if given.get("preset") or given.get("order") == "surface-first":
+        return None
+    return of_report(report).to_xml()
 
 
 def _call(imports: str, function: str, places: list[str], arguments: dict[str, Any]) -> str:
@@ -131,6 +149,12 @@ def _preset(given: dict[str, Any]) -> str:
     """Return the preset as it is asked for: one of ours by its name, any other by its file."""
     name = str(given["preset"])
     return name.removesuffix(".mlx") if name.removesuffix(".mlx") in PRESETS else name
+
+
+def _fit_changed(given: dict[str, Any]) -> bool:
+    """Tell whether the fitting of edges is not what the kind of surface has by default."""
+    fit = given.get("fit")
+    return fit is not None and fit != (given["surface"] == "ball-pivoting")
 
 
 def _own(given: dict[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from .chain import FILES, PAGE, Progress, write_results
 from .cloud import MESHLAB_FORMATS, check_readable, check_writable, write_cloud
 from .errors import OutputError, PresetError
 from .files import FileSummary
+from .flips import flip_edges
 from .htmlreport import check_html, write_html
 from .measure import Measured, Outcome, Scan, figures, prepare
 from .methods.ranking import Ranking
@@ -121,7 +122,7 @@ def run_preset(
             ranking = _rank(recipe, scan, lambda share: tell("rank", share))
     with watch("filters"):
         scripted = _apply(script, recipe, ranking, scan, tell)
-        measured = _measure(scripted, scan)
+        measured = _measure(scripted, scan, fit=recipe is not None and recipe.fit)
     base = None
     bare = untouched(script)
     if floor and bare is not None and len(bare.filters) > 1:
@@ -287,13 +288,16 @@ def _apply(
     return Scripted(meshset=meshset, run=run, origin=origin)
 
 
-def _measure(scripted: Scripted, scan: Scan) -> Measured:
+def _measure(scripted: Scripted, scan: Scan, *, fit: bool = False) -> Measured:
     """Measure the cloud against the current layer, on layers that the script has not touched."""
     mesh = scripted.meshset.current_mesh()
     faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
     indices = scripted.run.indices
     own = indices is None or scripted.run.own_vertices
     vertices = scripted.vertices() if own or indices is None else scan.cloud.points[indices]
+    fit = fit and len(faces) > 0
+    if fit:
+        faces = flip_edges(vertices - scan.origin, faces, scan.cloud.points - scan.origin)
     meshset = import_pymeshlab().MeshSet(verbose=False)
     add_layer(meshset, scan.cloud.points - scan.origin)
     add_layer(meshset, vertices - scan.origin, faces=faces if len(faces) else None)
@@ -302,9 +306,12 @@ def _measure(scripted: Scripted, scan: Scan) -> Measured:
         faces=faces,
         distances=distances(meshset, 0, 1),
         reconstruction={
-            "surface": "script" if len(faces) else "none", "spacing": None, "radii": []
+            "surface": "script" if len(faces) else "none",
+            "spacing": None,
+            "radii": [],
+            "fitted": fit,
         },
-    )  # fmt: skip
+    )
 
 
 def _result(

@@ -133,7 +133,7 @@ def render_points(points: Floats, colors: Floats, view: View, *, radius: float =
     for dx in range(-reach, reach + 1):
         for dy in range(-reach, reach + 1):
             if dx * dx + dy * dy <= (radius * OVERSAMPLING) ** 2 + 0.5:
-                buffer.draw(seen + [dx, dy, 0], colors)
+                buffer.draw(seen + np.array([dx, dy, 0]), colors)
     return buffer.picture()
 
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 SURFACES = ("ball-pivoting", "ball-pivoting-auto", "screened-poisson", "none")
 
+#: Surfaces whose vertices are the points themselves.
+THROUGH_POINTS = ("ball-pivoting", "ball-pivoting-auto")
+
 #: Radii of the ball-pivoting passes, in median spacings of the points.
 PASSES = (1.0, 1.5, 2.5, 4.0)
 

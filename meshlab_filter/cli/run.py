@@ -11,8 +11,8 @@ import click
 from .options import as_arguments, given_options, method_arguments, method_options, preset_options
 
 #: What a preset says by itself.
-SAID_BY_PRESET = ("method", "count", "keep", "clusters", "delete", "k", "init",
-                  "keep_representative", "assignments", "surface")  # fmt: skip
+SAID_BY_PRESET = ("method", "count", "keep", "clusters", "delete", "k", "init", "assignments",
+                  "keep_representative", "surface", "order", "move", "fit")  # fmt: skip
 
 
 @click.command("run")
@@ -27,6 +27,21 @@ SAID_BY_PRESET = ("method", "count", "keep", "clusters", "delete", "k", "init",
 @click.option("--surface", default="ball-pivoting", show_default=True, metavar="KIND",
               help="ball-pivoting (passes of growing radius), ball-pivoting-auto (one pass, as in "
               "the paper), screened-poisson or none.")  # fmt: skip
+@click.option(
+    "--order",
+    default="points-first",
+    show_default=True,
+    metavar="ORDER",
+    help="points-first: simplify, then build the surface. surface-first: build the surface of the "
+    "whole cloud, then collapse its edges (with --count or --keep).",
+)
+@click.option("--move", is_flag=True, help="surface-first: let points move to lower the error.")
+@click.option(
+    "--fit/--no-fit",
+    default=None,
+    help="Flip edges of the surface where that brings it "
+    "nearer to the original points. Default: with --surface ball-pivoting only.",
+)
 @click.option("--no-floor", is_flag=True, help="Do not run the chain on the untouched cloud too.")
 @click.option("--no-report", is_flag=True, help="Do not write report.html.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
@@ -43,6 +58,9 @@ def command(
     drop_invalid: bool,
     quiet: bool,
     surface: str,
+    order: str,
+    move: bool,
+    fit: bool | None,
     no_floor: bool,
     no_report: bool,
     as_json: bool,
@@ -81,6 +99,8 @@ def command(
 
     if save_preset is not None:
         check_target(save_preset)
+        if order != "points-first":
+            raise click.UsageError("--save-preset cannot write down --order surface-first.")
     html = not no_report and can_write_page(quiet=quiet)
     with progress(quiet) as tell:
         if preset is not None:
@@ -102,6 +122,9 @@ def command(
                 out,
                 seed=seed,
                 surface=surface,
+                order=order,
+                move=move,
+                fit=fit,
                 floor=not no_floor,
                 drop_invalid=drop_invalid,
                 html=html,

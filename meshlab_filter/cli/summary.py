@@ -12,6 +12,15 @@ if TYPE_CHECKING:
     from ..batch import BatchRow
 
 
+#: Which order a run took, and why.
+ORDER = {
+    "points-first": "Order: points first, so that what stays are points of the scan, chosen "
+    "before any surface (--order surface-first for MeshLab's edge collapse)",
+    "surface-first": "Order: surface first, as asked: the surface of the whole cloud, its edges "
+    "collapsed by MeshLab",
+}
+
+
 def show_run(report: dict[str, Any], out: Path, *, page: bool = False) -> None:
     """Print what came out of a run: counts, surface, errors, where the files are."""
     points, surface, clusters = report["points"], report["surface"], report["clusters"]
@@ -24,6 +33,9 @@ def show_run(report: dict[str, Any], out: Path, *, page: bool = False) -> None:
         lines[0] += f", missed the count asked for by {points['missed']:+d}"
     if clusters["total"] is not None:
         lines.append(f"Clusters: {clusters['deleted']} of {clusters['total']} deleted")
+    order = report["parameters"].get("order")
+    if order is not None:
+        lines.append(ORDER[order])
     if surface["surface"] == "none":
         lines.append("Surface: none; the error is measured to the points that stay")
     else:
@@ -32,6 +44,7 @@ def show_run(report: dict[str, Any], out: Path, *, page: bool = False) -> None:
             compact += f" (before: {surface['compactness_before']:.2%})"
         lines.append(
             f"Surface: {surface['faces']} faces, {surface['holes']} holes, "
+            f"{'edges fitted to the original points, ' if surface['fitted'] else ''}"
             f"compactness 0.6 and above: {compact}"
         )
     if report["input"]["dropped"]:
