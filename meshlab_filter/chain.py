@@ -12,7 +12,8 @@ import numpy as np
 from .amounts import points_to_keep
 from .bridge.distance import distances
 from .bridge.layer import add_layer
-from .bridge.session import import_pymeshlab, load
+from .bridge.meshreader import MeshReader
+from .bridge.session import import_pymeshlab
 from .cloud import Cloud, check_readable, read_cloud, write_cloud
 from .colormap import colorize
 from .errors import InvalidCloudError, InvalidParameterError, OutputError
@@ -210,14 +211,11 @@ def compare(
         cloud = read_cloud(file, drop_invalid=drop_invalid)
         clouds.append(cloud)
         origin = (clouds[0].points.min(axis=0) + clouds[0].points.max(axis=0)) / 2
-        faces = None
+        points, faces = cloud.points, None
         if cloud.faces:
-            load(meshset, cloud.path)
-            faces = meshset.current_mesh().face_matrix()
-            points = meshset.current_mesh().vertex_matrix()
-            meshset.delete_current_mesh()
-        else:
-            points = cloud.points
+            with MeshReader() as reader:
+                mesh = reader.read(cloud.path)
+            points, faces = mesh["points"], mesh["faces"]
         add_layer(meshset, points - origin, faces=faces, name=Path(file).name)
     ids = [mesh.id() for mesh in meshset]
     diagonal = clouds[0].diagonal

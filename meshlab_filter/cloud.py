@@ -267,15 +267,9 @@ def _reader(path: Path) -> Callable[[Path], Cloud]:
 
         return read_ply
     if suffix in _LAS:
-        try:
-            from .lasfile import read_las
-        except ImportError as error:
-            raise FileFormatError(
-                f"LAS files need laspy; run: python -m pip install 'meshlab-filter[las]'. "
-                f"Given: {path}."
-            ) from error
-        reader: Callable[[Path], Cloud] = read_las
-        return reader
+        from .lasfile import read_las
+
+        return read_las
     if suffix in _TEXT:
         from .textcloud import is_meshlab_points, read_text
 

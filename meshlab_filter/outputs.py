@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import glob
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -44,28 +45,22 @@ def writing(path: str | os.PathLike[str]) -> Iterator[Path]:
     >>> [file.name for file in folder.iterdir()]
     ['figures.txt']
     """
-    path = Path(path)
+    # A link stays a link; what it leads to is replaced.
+    path = Path(os.path.realpath(path))
     try:
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.stem}.", suffix=f".partial{path.suffix}", dir=path.parent
-        )
-        os.close(handle)
+        partial, lock = _begin(path.parent, f".{path.stem}.", f".partial{path.suffix}")
     except OSError as error:
         raise _cannot_write(path, error) from error
-    partial = Path(name)
-    _announce(partial)
     try:
-        try:
-            yield partial
-            _flush(partial)
-            os.chmod(partial, 0o666 & ~_umask())
-            os.replace(partial, path)
-        except OutputError:
-            raise
-        except OSError as error:
-            raise _cannot_write(path, error) from error
+        yield partial
+        _flush(partial)
+        os.replace(partial, path)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise _cannot_write(path, error) from error
     finally:
-        partial.unlink(missing_ok=True)
+        _end(partial, lock)
 
 
 @contextmanager
@@ -89,9 +84,10 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     OutputError
         If the folder cannot be made or written to, or the disk is full.
     """
-    path = Path(path)
+    path = Path(os.path.realpath(path))
     made: list[Path] = []
     staging: Path | None = None
+    lock: int | None = None
     try:
         if path.exists() and not path.is_dir():
             raise OutputError(f"The output folder is a file. Given: {path}.")
@@ -100,14 +96,19 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
             for folder in reversed(missing):
                 folder.mkdir()
                 made.append(folder)
-            staging = Path(tempfile.mkdtemp(prefix=".partial.", dir=path))
+                _announce(folder)
+            staging, lock = _begin(path, ".", ".partial", folder=True)
         except OSError as error:
             raise _cannot_write(path, error) from error
-        _announce(staging, *made)
         try:
             yield staging
-            for file in sorted(staging.iterdir()):
+            # In the order they were written, so that the report comes last and vouches for all.
+            files = sorted(staging.iterdir(), key=lambda file: file.stat().st_mtime_ns)
+            for file in files:
                 _flush(file)
+                if (path / file.name).is_dir():
+                    raise OutputError(f"An output is a folder. Given: {path / file.name}.")
+            for file in files:
                 os.replace(file, path / file.name)
         except OutputError:
             raise
@@ -115,7 +116,7 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
             raise _cannot_write(path, error) from error
     finally:
         if staging is not None:
-            shutil.rmtree(staging, ignore_errors=True)
+            _end(staging, lock)
         for folder in reversed(made):
             if not any(folder.iterdir()):
                 folder.rmdir()
@@ -155,10 +156,61 @@ def _flush(path: Path) -> None:
         os.fsync(file.fileno())
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _begin(
+    parent: Path, prefix: str, suffix: str, *, folder: bool = False
+) -> tuple[Path, int | None]:
+    """Make a file or folder with a name of its own; return it and the lock that says it is in use.
+
+    Those of a process that was killed have no lock any more and are cleared away.
+    """
+    for stale in parent.glob(f"{glob.escape(prefix)}????????{glob.escape(suffix)}"):
+        lock = _lock(stale)
+        if lock is not None:
+            _end(stale, lock)
+    while True:
+        partial = parent / f"{prefix}{secrets.token_hex(4)}{suffix}"
+        try:
+            if folder:
+                partial.mkdir()
+            else:
+                os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except FileExistsError:
+            continue
+        _announce(partial)
+        lock = _lock(partial, wait=True)
+        # Between making and locking, another process may have taken it for stale.
+        if partial.exists():
+            return partial, lock
+        if lock is not None:
+            os.close(lock)
+
+
+def _lock(path: Path, *, wait: bool = False) -> int | None:
+    """Lock a file or folder until this process ends; None if it is locked or locks are unknown."""
+    try:
+        import fcntl
+    except ImportError:
+        return None
+    try:
+        descriptor = os.open(path, os.O_RDONLY)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+def _end(partial: Path, lock: int | None) -> None:
+    """Clear away what is left of a partial output."""
+    if partial.is_dir():
+        shutil.rmtree(partial, ignore_errors=True)
+    else:
+        partial.unlink(missing_ok=True)
+    if lock is not None:
+        os.close(lock)
 
 
 def _cannot_write(path: Path, error: OSError) -> OutputError:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from ..cloud import Cloud
-from ..errors import FileFormatError
 from ..validation import IntArray
-from .layer import add_layer, current_normals
-from .session import import_pymeshlab, load, stage
+from .layer import add_layer
+from .meshreader import MeshReader
+from .session import import_pymeshlab, stage
 
 
 def read_mesh_file(path: Path) -> Cloud:
@@ -29,21 +27,14 @@ def read_mesh_file(path: Path) -> Cloud:
     FileFormatError
         If MeshLab cannot read the file.
     """
-    announced = _announced_vertices(path)
-    meshset = import_pymeshlab().MeshSet(verbose=False)
-    load(meshset, path)
-    if meshset.mesh_number() != 1:
-        raise FileFormatError(
-            f"The file must hold one cloud or mesh. Given: {meshset.mesh_number()} in {path}."
-        )
-    mesh = meshset.current_mesh()
-    points = np.ascontiguousarray(mesh.vertex_matrix())
+    with MeshReader() as reader:
+        arrays = reader.read(path)
     return Cloud(
-        points=points,
-        normals=current_normals(meshset) if mesh.face_number() == 0 else None,
-        colors=mesh.vertex_color_matrix() if mesh.has_vertex_color() else None,
-        faces=mesh.face_number(),
-        dropped=max(0, announced - len(points)),
+        points=arrays["points"],
+        normals=arrays.get("normals"),
+        colors=arrays.get("colors"),
+        faces=len(arrays["faces"]),
+        dropped=int(arrays["dropped"]),
         path=path,
     )
 
@@ -66,17 +57,3 @@ def write_mesh_file(cloud: Cloud, path: Path, indices: IntArray) -> None:
     )
     with stage(f"writing a file of type {path.suffix}"):
         meshset.save_current_mesh(str(path))
-
-
-def _announced_vertices(path: Path) -> int:
-    """Count the vertices a text format announces: MeshLab drops the invalid ones unasked."""
-    if path.suffix.lower() == ".obj":
-        with open(path, "rb") as file:
-            return sum(line.startswith((b"v ", b"v\t")) for line in file)
-    if path.suffix.lower() == ".off":
-        with open(path, "rb") as file:
-            for line in file:
-                words = line.split(b"#")[0].split()
-                if words and words[0].isdigit():
-                    return int(words[0])
-    return 0

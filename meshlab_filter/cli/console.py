@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import click
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -45,8 +47,10 @@ def show(*tables: Table | str) -> None:
 
     console = Console(highlight=False, soft_wrap=True)
     console.width = max(console.width, 88)
-    for table in tables:
-        console.print(table, markup=False) if isinstance(table, str) else console.print(table)
+    with console.capture() as capture:
+        for table in tables:
+            console.print(table, markup=False) if isinstance(table, str) else console.print(table)
+    click.echo(capture.get(), nl=False)
 
 
 def error_table(error: dict[str, Any]) -> Table:

@@ -75,6 +75,13 @@ def invoke(arguments: Sequence[str]) -> int:
     except MeshlabFilterError as error:
         click.echo(f"Error: {error}", err=True)
         return error.exit_code
+    except OSError as error:
+        what = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+        click.echo(f"Error: {what}.", err=True)
+        return 7
+    except SystemExit:
+        # So click ends when whoever read standard output has gone.
+        return 141
     except MemoryError:
         click.echo("Error: Not enough memory for this cloud on this machine.", err=True)
         return 3
