@@ -5,7 +5,7 @@ calls use it as it is, until ``pyproject.toml`` changes. Nothing outside the fol
 
     python scripts/dev.py demo          run the demo
     python scripts/dev.py test          the quick tests and the doctests (under three minutes)
-    python scripts/dev.py test --all    every test
+    python scripts/dev.py test --slow   the slow ones, which the quick tests leave out
     python scripts/dev.py check         lint, format, types
     python scripts/dev.py run CMD …     any command inside the environment
 """
@@ -65,9 +65,9 @@ def main(arguments: list[str]) -> None:
         run([python, "-m", "meshlab_filter", "demo", *rest])
     elif task == "test":
         install("develop")
-        everything = ["-m", "slow or not slow"] if "--all" in rest else []
-        rest = [word for word in rest if word != "--all"]
-        run([python, "-m", "pytest", "-n", "2", "--dist", "worksteal", *everything, *rest])
+        marked = ["-m", "slow"] if "--slow" in rest else []
+        rest = [word for word in rest if word != "--slow"]
+        run([python, "-m", "pytest", "-n", "2", "--dist", "worksteal", *marked, *rest])
     elif task == "check":
         install("develop")
         run([python, "-m", "ruff", "check", "."])
