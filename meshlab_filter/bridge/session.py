@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..cloud import MESHLAB_FORMATS
 from ..errors import FileFormatError, MeshLabError
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ STAGE_VARIABLE = "MESHLAB_FILTER_STAGE"
 
 #: What MeshLab's plugins need from the system, by the Debian package that has it.
 SYSTEM_LIBRARIES = {"libGL.so.1": "libgl1", "libOpenGL.so.0": "libopengl0"}
+_HINT = f"on Debian and Ubuntu run: apt-get install {' '.join(SYSTEM_LIBRARIES.values())}"
 
 
 def import_pymeshlab() -> Any:
@@ -48,11 +50,6 @@ def import_pymeshlab() -> Any:
         raise MeshLabError(
             f"pymeshlab cannot be imported ({error}); run: python -m pip install pymeshlab."
         ) from error
-    if "meshing_remove_selected_vertices" not in module.filter_list():
-        raise MeshLabError(
-            "pymeshlab has come up without its filters; on Debian and Ubuntu run: apt-get install "
-            f"{' '.join(SYSTEM_LIBRARIES.values())}."
-        )
     return module
 
 
@@ -110,6 +107,11 @@ def load(meshset: pymeshlab.MeshSet, path: str | os.PathLike[str]) -> None:
             meshset.load_new_mesh(str(path))
     except MeshLabError as error:
         reason = str(error.__cause__).rstrip(".")
+        if reason.startswith("Unknown format") and Path(path).suffix.lower() in MESHLAB_FORMATS:
+            raise MeshLabError(
+                "pymeshlab has come up without its file readers: a system library is missing; "
+                f"{_HINT}. Given: {path}."
+            ) from error
         reason = reason.splitlines()[-1].removeprefix("Error details: ")
         raise FileFormatError(f"MeshLab cannot read the file ({reason}). Given: {path}.") from error
     except (MemoryError, RuntimeError) as error:
