@@ -219,3 +219,19 @@ def test_no_request_leaves_the_page_and_the_console_is_quiet(page_path, tmp_path
         assert all(250 < box["width"] <= 390 for box in boxes)
         driver.execute_script("arguments[0].scrollIntoView()", views(driver)[2])
         assert covered(views(driver)[2]) > 0.03
+
+
+def test_sweep_page_draws_its_curve(tmp_path):
+    """The page of a sweep shows three curves and the floor, on a telephone too, and is quiet."""
+    from test_htmlreport import write_sphere
+
+    from meshlab_filter.sweep import sweep
+
+    sweep(write_sphere(tmp_path / "scan.ply", 600), tmp_path, keep=[0.5, 0.2, 0.1], html=True)
+    with browser(tmp_path / "profile", width=390, height=844) as driver:
+        open_page(driver, tmp_path / "sweep.html")
+        assert len(driver.find_elements(By.CSS_SELECTOR, ".curve .scatterlayer .trace")) == 4
+        assert len(driver.find_elements(By.CSS_SELECTOR, ".curve .points path")) == 9
+        assert driver.execute_script("return document.documentElement.scrollWidth") <= 390
+        assert requests(driver) == []
+        assert complaints(driver) == []

@@ -75,6 +75,37 @@ def error_table(error: dict[str, Any]) -> Table:
     return table
 
 
+def level_table(report: dict[str, Any]) -> Table:
+    """Return the table of a sweep, one row a level."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title="Error of the original points (uncut), as a share of the bounding box's diagonal",
+        title_justify="left",
+        title_style="",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    for name in ("kept", "points", "mean", "RMS", "p99", "max", "faces", "holes"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for level in report["levels"]:
+        error, surface = level["error"]["uncut"], level["surface"]
+        table.add_row(
+            f"{100 * level['keep']:.4g} %",
+            str(level["points"]["simplified"]),
+            *(f"{error[name]:.2e}" for name in ("mean", "rms", "p99", "max")),
+            str(surface["faces"]),
+            str(surface["holes"]),
+        )
+    if report["floor"] is not None:
+        floor = report["floor"]["uncut"]
+        total = str(report["levels"][0]["points"]["original"])
+        figures = (f"{floor[name]:.2e}" for name in ("mean", "rms", "p99", "max"))
+        table.add_row("floor", total, *figures, "", "")
+    return table
+
+
 def can_write_page(*, quiet: bool) -> bool:
     """Tell whether the HTML report can be written; if not, say how to install what it needs."""
     from ..htmlreport import INSTALL, missing

@@ -14,6 +14,7 @@ COMMANDS = {
     "demo": ("demo", "Run the whole chain on the bunny inside pymeshlab's wheel."),
     "simplify": ("simplify", "Thin a cloud; the points that stay keep all their attributes."),
     "run": ("run", "Simplify, rebuild the surface, measure the error, write a report."),
+    "sweep": ("sweep", "Measure the error at several sizes, to choose one."),
     "annotate": ("annotate", "Write a cloud with the rank of every point, to cut in MeshLab."),
     "presets": ("presets", "List, show and copy the ready filter scripts of MeshLab."),
     "compare": ("compare", "Measure how far two clouds or meshes are from each other."),
