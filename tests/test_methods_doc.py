@@ -21,7 +21,7 @@ def test_row_says_what_the_registry_says(name):
         "yes" if method.exact_count else "–",
         "yes" if method.total_order else "–",
         "used" if method.uses_normals else "–",
-        "by seed" if method.seeded else "not by seed",
+        "yes" if method.seeded else "no",
     ]
 
 

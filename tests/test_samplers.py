@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 from meshlab_filter.bridge.samplers import rank_clustered_vertex, rank_poisson_disk
 from meshlab_filter.errors import InvalidCloudError, InvalidParameterError
 from meshlab_filter.methods.registry import METHODS
+from meshlab_filter.simplification import simplify
 
 POINTS = np.random.default_rng(1).random((2000, 3)) * [1.0, 2.0, 0.5] + 100.0
 SAMPLERS = (rank_poisson_disk, rank_clustered_vertex)
@@ -64,8 +65,17 @@ def test_coinciding_points_are_no_trap(rank):
     assert len(rank(np.repeat(POINTS[:40], 3, axis=0), count=100).indices) == 40
 
 
-@pytest.mark.parametrize("name", ["poisson-disk", "clustered-vertex"])
-def test_registry_finds_the_samplers(name):
-    """The registry imports them from the bridge and says that they have no seed."""
+@pytest.mark.parametrize(("name", "seeded"), [("poisson-disk", False), ("clustered-vertex", True)])
+def test_registry_finds_the_samplers(name, seeded):
+    """The registry imports them from the bridge and says which of them repeats itself."""
     assert METHODS[name].load() in SAMPLERS
-    assert not METHODS[name].seeded
+    assert METHODS[name].seeded is seeded
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_every_method_runs_from_the_front_door(name):
+    """``simplify`` runs each method by its name and says by how much it missed the count."""
+    result = simplify(POINTS, method=name, count=500)
+    assert result.method == name
+    assert result.missed == len(result.indices) - 500
+    assert abs(result.missed) <= 25

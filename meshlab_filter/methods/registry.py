@@ -117,7 +117,8 @@ class Method:
     total_order : bool
         Whether every point has its own rank, so that one run holds every level of detail.
     seeded : bool
-        Whether the seed makes the result repeatable; False only for MeshLab's own samplers.
+        Whether the same seed gives the same result; False only for MeshLab's Poisson disks, which
+        draw from a generator that cannot be seeded.
     reports_progress : bool
         Whether the rank function takes ``progress``, called with the share done, 0 … 1.
     """
@@ -414,7 +415,6 @@ METHODS: dict[str, Method] = {
             summary="MeshLab's clustered vertex sampling: one point a grid cell",
             keeps="in each cell, the point nearest the centre",
             source="MeshLab's generate_sampling_clustered_vertex",
-            seeded=False,
         ),
     )
 }

@@ -37,7 +37,7 @@ def view_of(name: str, cloud: Cloud, *, width: int = 420, height: int = 420) -> 
 
 
 def _save(figure: plt.Figure, path: Path) -> None:
-    figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
+    figure.savefig(path, dpi=100, bbox_inches="tight", pad_inches=0.08)
     plt.close(figure)
     # 256 colours are enough for shaded grey and one colour map, and a third of the size.
     from PIL import Image
@@ -170,7 +170,8 @@ def clusters_and_entropy(
 
 #: Line style of each method in the plots: ours and the paper's stand out.
 HIGHLIGHTED = {"adaptive": ("#0072b2", 2.5), "cluster-entropy": ("#d55e00", 2.5)}
-STYLES = ("-", "--", "-.", ":")
+#: Colours that colour-blind people can tell apart (Okabe and Ito), for the others.
+COLORS = ("#000000", "#56b4e9", "#009e73", "#cc79a7", "#e69f00")
 MARKERS = "osv^D<>Pp*hX"
 
 
@@ -179,9 +180,8 @@ def comparison(name: str, curves: dict[str, list[dict[str, Any]]], total: int, p
     figure, axes = plt.subplots(figsize=(7.6, 4.6), layout="constrained")
     handles = []
     for number, (method, results) in enumerate(curves.items()):
-        grey = 0.15 + 0.55 * (number % 4) / 3
-        color, width = HIGHLIGHTED.get(method, (str(grey), 1.0))
-        style = "-" if method in HIGHLIGHTED else STYLES[number // 4 % 4]
+        color, width = HIGHLIGHTED.get(method, (COLORS[number % len(COLORS)], 1.0))
+        style = "-" if method in HIGHLIGHTED or number % 2 else "--"
         share = [result["kept"] / total * 100 for result in results]
         mean = [result["uncut"]["mean"] for result in results]
         look = {"color": color, "linestyle": style, "marker": MARKERS[number % 12], "lw": width}
