@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from meshlab_filter.methods.registry import METHODS
+from meshlab_filter.models import get_model
 
 from .subjects import SUBJECTS
 
@@ -258,6 +259,15 @@ def compared(results: Results, name: str) -> str:
     return lead + table([*head, "points missed", "s"], body)
 
 
+def models(results: Results) -> str:
+    """Return the table of the files that the clouds were made from."""
+    entries = [get_model(SUBJECTS[name].model) for name in results]
+    body = [
+        [f"[{entry.file}]({entry.address})", entry.stands_for, entry.licence] for entry in entries
+    ]
+    return table(["file", "stands for", "licence as its source states it"], body)
+
+
 TEXT = """\
 # Mahdaoui and Sbai 2020, reproduced
 
@@ -299,7 +309,11 @@ the same normals, the same reconstruction and uncut errors; seed 0. `docs/METHOD
 method is. "s" is the longest time of a ranking on the machine that wrote this, with others running.
 
 {comparison}
-"""
+## Models
+
+None is part of this project; `meshlab_filter/models.py` pins their addresses and checksums.
+
+{models}"""
 
 FIGURES = {
     "compactness": ("Figures 3 and 4: compactness of Bimba's triangles (automatic radius)", ""),
@@ -375,4 +389,5 @@ def write(results: Results, images: dict[str, str], *, seeds: int, version: str)
         compact=compact(results),
         figures="\n".join(parts),
         comparison="\n".join(compare),
+        models=models(results),
     )
