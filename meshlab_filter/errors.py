@@ -46,6 +46,12 @@ class MeshLabError(MeshlabFilterError, RuntimeError):
     exit_code = 6
 
 
+class SchedulerError(MeshlabFilterError, RuntimeError):
+    """The Dask scheduler or its workers cannot be reached or were lost (exit code 8)."""
+
+    exit_code = 8
+
+
 class OutputError(MeshlabFilterError, OSError):
     """An output cannot be written, or would overwrite what it must not (exit code 7)."""
 

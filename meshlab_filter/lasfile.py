@@ -112,7 +112,7 @@ class LasRecords:
         laspy = import_laspy()
         header = provenance_header(self.header, comments)
         data = laspy.LasData(header, points=self.rows[indices])
-        data.evlrs = laspy.vlrs.vlrlist.VLRList(_not_copc(self.evlrs))
+        data.evlrs = laspy.vlrs.vlrlist.VLRList(not_copc(self.evlrs))
         known = set(data.point_format.dimension_names)
         fresh = {name: column for name, column in (extra or {}).items() if name not in known}
         if fresh:
@@ -131,7 +131,7 @@ def provenance_header(header: laspy.LasHeader, comments: Sequence[str]) -> laspy
     """
     laspy = import_laspy()
     header = copy.deepcopy(header)
-    vlrs = _not_copc(header.vlrs)
+    vlrs = not_copc(header.vlrs)
     if comments:
         vlrs = [
             vlr
@@ -150,7 +150,8 @@ def provenance_header(header: laspy.LasHeader, comments: Sequence[str]) -> laspy
     return header
 
 
-def _not_copc(vlrs: Iterable[Any]) -> list[Any]:
+def not_copc(vlrs: Iterable[Any]) -> list[Any]:
+    """Return the records that do not describe the octree of a COPC file."""
     return [vlr for vlr in vlrs if vlr.user_id.lower() != _COPC_USER]
 
 

@@ -124,7 +124,7 @@ def rank(
     given = clusters is not None
     clusters = clusters if given else max(1, round(_CLUSTER_SHARE * n))
     clusters = check_integer(clusters, name="clusters", minimum=1)
-    wanted = _wanted(n, clusters, delete=delete, count=count)
+    wanted = target_of(n, clusters, delete=delete, count=count)
     try:
         clustering = cluster(clusters)
     except InvalidCloudError:
@@ -132,30 +132,22 @@ def rank(
         if given:
             raise
         clusters = len(np.unique(array, axis=0))
-        wanted = _wanted(n, clusters, delete=delete, count=count)
+        wanted = target_of(n, clusters, delete=delete, count=count)
         clustering = cluster(clusters)
     labels = clustering.labels
     entropy = cluster_entropy(array, labels, k=k, definition=definition)
     order = np.argsort(entropy, kind="stable")
     place = np.empty(clusters, dtype=np.int64)
     place[order] = np.arange(clusters)
-    sizes = np.bincount(labels, minlength=clusters)[order]
-    deletable = int(np.isfinite(entropy).sum())
-
-    if "delete" in wanted:
-        deleted = wanted["delete"]
-        if deleted > deletable:
-            raise InvalidParameterError(
-                f"Invalid delete. Must be at most {deletable}, the clusters of more than one "
-                f"point out of {clusters}. Given: {deleted}."
-            )
-    else:
-        deleted = _nearest_cut(
-            sizes[: min(deletable, clusters - 1)], n, wanted["count"], keep_representative
-        )
+    deleted = how_many_to_delete(
+        np.bincount(labels, minlength=clusters)[order],
+        entropy[order],
+        wanted,
+        keep_representative=keep_representative,
+    )
     ranks = place[labels]
     if keep_representative:
-        ranks[_representatives(array, labels, clustering.centroids, order[:deleted])] = clusters
+        ranks[representatives(array, labels, clustering.centroids, order[:deleted])] = clusters
     kept = int((ranks >= deleted).sum())
     report(1.0)
     return Ranking(
@@ -174,7 +166,7 @@ def rank(
     )
 
 
-def _wanted(n: int, clusters: int, *, delete: Any, count: Any) -> dict[str, int]:
+def target_of(n: int, clusters: int, *, delete: Any, count: Any) -> dict[str, int]:
     """Return what is asked for: {"delete": clusters} or {"count": points that stay}."""
     if delete is not None and count is not None:
         raise InvalidParameterError(
@@ -205,17 +197,48 @@ def _share(value: Any) -> float:
     return share
 
 
-def _nearest_cut(sizes: IntArray, n: int, count: int, keep_representative: bool) -> int:
-    """Return how many clusters to delete to come nearest ``count``; the fewer if two are equal.
+def how_many_to_delete(
+    sizes: IntArray, entropy: FloatArray, target: dict[str, int], *, keep_representative: bool
+) -> int:
+    """Return how many of the clusters go, given in the order they go.
 
-    ``sizes`` are those of the clusters that may go, in the order they go.
+    Parameters
+    ----------
+    sizes : numpy.ndarray, shape (c,), int64
+        Points of each cluster.
+    entropy : numpy.ndarray, shape (c,)
+        Ascending; infinite for clusters that are never deleted.
+    target : dict
+        As from :func:`target_of`. A count is reached as nearly as whole clusters allow; of two
+        numbers of clusters that come equally near, the fewer.
+    keep_representative : bool
+        Whether each deleted cluster leaves a point.
+
+    Raises
+    ------
+    InvalidParameterError
+        If more clusters are to be deleted than have an entropy.
+
+    Examples
+    --------
+    >>> sizes, entropy = np.array([3, 5, 4, 1]), np.array([0.5, 0.9, 1.1, np.inf])
+    >>> how_many_to_delete(sizes, entropy, {"count": 6}, keep_representative=False)
+    2
     """
-    losses = sizes - 1 if keep_representative else sizes
-    left = n - np.concatenate([[0], np.cumsum(losses)])
-    return int(np.argmin(np.abs(left - count)))
+    deletable = int(np.isfinite(entropy).sum())
+    if "delete" in target:
+        if target["delete"] > deletable:
+            raise InvalidParameterError(
+                f"Invalid delete. Must be at most {deletable}, the clusters of more than one "
+                f"point out of {len(sizes)}. Given: {target['delete']}."
+            )
+        return target["delete"]
+    losses = sizes[: min(deletable, len(sizes) - 1)] - int(keep_representative)
+    left = int(sizes.sum()) - np.concatenate([[0], np.cumsum(losses)])
+    return int(np.argmin(np.abs(left - target["count"])))
 
 
-def _representatives(
+def representatives(
     points: FloatArray, labels: IntArray, centroids: FloatArray, which: IntArray
 ) -> IntArray:
     """Return the point nearest the centroid of each of the clusters, the first of equals."""

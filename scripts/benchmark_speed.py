@@ -1,0 +1,268 @@
+"""Measure time and memory against peers in the same run; write them to BENCHMARK.md.
+
+Every measurement has a process of its own, so that none warms up or fattens another. Seconds depend
+on the machine and on what else it does; the ratios are what to look at.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+BEGIN, END = "<!-- speed:begin -->", "<!-- speed:end -->"
+SIZES = (100_000, 300_000, 1_000_000, 3_000_000)
+SURFACE_SIZE = 100_000
+
+
+def synthetic(size: int) -> np.ndarray:
+    """Return irregular points on a closed surface that is curved everywhere: a bumpy torus."""
+    a, b = 2 * np.pi * np.random.default_rng(0).random((2, size))
+    radius = 0.35 + 0.05 * np.sin(5 * a) * np.cos(3 * b)
+    ring = 1 + radius * np.cos(b)
+    return np.column_stack([ring * np.cos(a), ring * np.sin(a), radius * np.sin(b)])
+
+
+def tiled(size: int) -> np.ndarray:
+    """Return copies of the bunny in pymeshlab's wheel, side by side, cut to size."""
+    from meshlab_filter import read_cloud
+    from meshlab_filter.bridge.samples import sample_mesh
+
+    bunny = read_cloud(sample_mesh("bunny.obj")).points
+    copies = -(-size // len(bunny))
+    side = int(np.ceil(np.sqrt(copies)))
+    cells = np.array([[i % side, i // side, 0] for i in range(copies)])
+    step = 1.1 * np.ptp(bunny, axis=0).max()
+    points = (bunny[None] + step * cells[:, None]).reshape(-1, 3)
+    return points[np.random.default_rng(0).permutation(len(points))[:size]]
+
+
+def peak_bytes() -> int:
+    """Return the most memory this process has had resident."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        # The other figure, on Linux, begins at what the parent process had.
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) * 1024
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+def rank_cloud(points: np.ndarray) -> dict[str, float]:
+    """Rank by cluster entropy, default options."""
+    from meshlab_filter.methods.cluster_entropy import rank
+
+    rank(points[:2000], delete=0.074)
+    before = peak_bytes()
+    begin = time.perf_counter()
+    rank(points, delete=0.074)
+    return {"seconds": time.perf_counter() - begin, "bytes": peak_bytes() - before}
+
+
+def query_itself(points: np.ndarray) -> dict[str, float]:
+    """Ask scipy for the 16 nearest neighbours of every point, default options."""
+    from scipy.spatial import cKDTree
+
+    begin = time.perf_counter()
+    cKDTree(points).query(points, k=16)
+    return {"seconds": time.perf_counter() - begin}
+
+
+def cluster(points: np.ndarray) -> dict[str, float]:
+    """Cluster with our k-means from a spread start, to convergence."""
+    from meshlab_filter.clustering import kmeans
+
+    kmeans(points[:2000], 100, init="spread")
+    begin = time.perf_counter()
+    result = kmeans(points, len(points) // 20, init="spread", max_iter=300)
+    return {"seconds": time.perf_counter() - begin, "inertia": result.inertia}
+
+
+def cluster_sklearn(points: np.ndarray) -> dict[str, float]:
+    """Cluster with scikit-learn, to convergence."""
+    from sklearn.cluster import KMeans
+
+    begin = time.perf_counter()
+    result = KMeans(
+        len(points) // 20, init="k-means++", n_init=1, max_iter=300, random_state=0
+    ).fit(points)
+    return {"seconds": time.perf_counter() - begin, "inertia": result.inertia_}
+
+
+def run_passes(points: np.ndarray) -> dict[str, float]:
+    """Run the chain on all points, ball pivoting in passes."""
+    return _run(points, "ball-pivoting")
+
+
+def run_automatic(points: np.ndarray) -> dict[str, float]:
+    """Run the chain on all points, ball pivoting with MeshLab's automatic radius."""
+    return _run(points, "ball-pivoting-auto")
+
+
+def _run(points: np.ndarray, surface: str) -> dict[str, float]:
+    import meshlab_filter as mf
+    from meshlab_filter.cloud import Cloud, write_cloud
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "cloud.ply"
+        write_cloud(Cloud(points=points), path)
+        begin = time.perf_counter()
+        report = mf.run(
+            path, Path(folder) / "out", method="random", keep=1.0, floor=False, surface=surface
+        )
+        seconds = time.perf_counter() - begin
+    return {"seconds": seconds, "faces": report["surface"]["faces"], **{
+        f"stage {name}": value for name, value in report["times"].items()
+    }}  # fmt: skip
+
+
+MEASUREMENTS = {
+    function.__name__: function
+    for function in (
+        rank_cloud, query_itself, cluster, cluster_sklearn, run_passes, run_automatic,
+    )
+}  # fmt: skip
+
+
+def measure(name: str, path: Path) -> dict[str, float]:
+    """Take one measurement in a fresh process."""
+    command = [sys.executable, __file__, "--measure", name, str(path)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    output = subprocess.run(command, check=True, stdout=subprocess.PIPE, env=environment).stdout
+    figures: dict[str, float] = json.loads(output.splitlines()[-1])
+    print(f"  {name}: " + ", ".join(f"{key} {value:.4g}" for key, value in figures.items()))
+    sys.stdout.flush()
+    return figures
+
+
+def start_up() -> float:
+    """Return by how many seconds ``--help`` outlasts an empty program, medians of nine."""
+
+    def seconds(*arguments: str) -> float:
+        times = []
+        for _ in range(9):
+            begin = time.perf_counter()
+            subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
+            times.append(time.perf_counter() - begin)
+        return statistics.median(times)
+
+    return seconds("-m", "meshlab_filter", "--help") - seconds("-c", "pass")
+
+
+def versions() -> str:
+    """Say what was measured on what."""
+    from importlib.metadata import version
+
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "scikit-learn"))
+    machine = f"{os.cpu_count()} cores, {platform.machine()}"
+    return f"{machine}, Python {platform.python_version()}, {packages}"
+
+
+def measure_all(folder: Path, sizes: list[int]) -> str:
+    """Take every measurement and return the section."""
+    rows, ranking = [], {}
+    for cloud in (synthetic, tiled):
+        for size in sizes:
+            path = folder / f"{cloud.__name__}{size}.npy"
+            np.save(path, cloud(size))
+            print(f"{cloud.__name__}, {size} points")
+            ours, peer = measure("rank_cloud", path), measure("query_itself", path)
+            ranking[cloud.__name__, size] = ours["seconds"]
+            rows.append(
+                f"| {cloud.__name__} | {size} | {ours['seconds']:.2f} | {peer['seconds']:.2f} | "
+                f"{ours['seconds'] / peer['seconds']:.2f} | {ours['bytes'] / size:.0f} |"
+            )
+    path = folder / "surface.npy"
+    np.save(path, synthetic(SURFACE_SIZE))
+    print(f"synthetic, {SURFACE_SIZE} points")
+    ours, theirs = measure("cluster", path), measure("cluster_sklearn", path)
+    passes, automatic = measure("run_passes", path), measure("run_automatic", path)
+    faces = 2 * SURFACE_SIZE
+    stages = {name[6:]: value for name, value in passes.items() if name.startswith("stage ")}
+    figures = [
+        ("k-means, scikit-learn's time over ours",
+         f"{theirs['seconds'] / ours['seconds']:.0f} ×", "≥ 30 ×"),
+        ("k-means, our inertia over scikit-learn's",
+         f"{ours['inertia'] / theirs['inertia']:.3f} ×", "≤ 1.02 ×"),
+        *((f"ranking, {cloud}, 3 M over 1 M points",
+           f"{ranking[cloud, 3_000_000] / ranking[cloud, 1_000_000]:.2f} ×", "≤ 3.6 ×")
+          for cloud, size in ranking if size == 3_000_000),
+        ("`run`, automatic radius over passes",
+         f"{automatic['seconds'] / passes['seconds']:.1f} ×", "≥ 4 ×"),
+        ("`run`, faces of the 2 n of a closed surface, passes",
+         f"{passes['faces'] / faces:.1%}", "≥ 98 %"),
+        ("`run`, faces of the 2 n of a closed surface, automatic radius",
+         f"{automatic['faces'] / faces:.1%}", "about three quarters"),
+        ("start of the command line above `python -c pass`", f"{start_up():.2f} s", "≤ 0.3 s"),
+    ]  # fmt: skip
+    return "\n".join(
+        [
+            BEGIN,
+            "## Speed and memory",
+            "",
+            f"`python scripts/benchmark_speed.py`; {versions()}.",
+            "",
+            "Ranking by cluster entropy (N/20 clusters, default options) against one self-query of "
+            "scipy's cKDTree for 16 neighbours (default options: one core). To show: ratio ≤ 4 at "
+            "1 M points, ≤ 400 bytes a point above the points themselves.",
+            "",
+            "| cloud | points | ranking (s) | self-query (s) | ratio | bytes a point |",
+            "|---|---|---|---|---|---|",
+            *rows,
+            "",
+            f"Clustering {SURFACE_SIZE} points into {SURFACE_SIZE // 20} clusters against "
+            'scikit-learn\'s `KMeans(init="k-means++", n_init=1)`, both to convergence, and `run` '
+            f"on {SURFACE_SIZE} irregular points with ball pivoting in passes and with MeshLab's "
+            "automatic radius:",
+            "",
+            "| figure | measured | to show |",
+            "|---|---|---|",
+            *(f"| {name} | {value} | {target} |" for name, value, target in figures),
+            "",
+            "Stages of that `run` in passes (s): "
+            + ", ".join(f"{name} {value:.1f}" for name, value in stages.items()) + ".",
+            END,
+        ]
+    )  # fmt: skip
+
+
+def write_section(path: Path, section: str) -> None:
+    """Put the section between its marks, or at the end of the file."""
+    text = path.read_text(encoding="utf-8") if path.exists() else "# Benchmarks\n"
+    if BEGIN in text:
+        text = text[: text.index(BEGIN)] + section + text[text.index(END) + len(END) :]
+    else:
+        text = f"{text.rstrip()}\n\n{section}\n"
+    path.write_text(text, encoding="utf-8")
+
+
+def main() -> None:
+    """Measure, print and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", type=int, nargs="+", default=list(SIZES))
+    parser.add_argument("--out", type=Path, default=Path("BENCHMARK.md"))
+    parser.add_argument("--measure", nargs=2, metavar=("NAME", "FILE"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.measure:
+        name, file = arguments.measure
+        print(json.dumps(MEASUREMENTS[name](np.load(file))))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        section = measure_all(Path(folder), arguments.sizes)
+    print(section)
+    write_section(arguments.out, section)
+
+
+if __name__ == "__main__":
+    main()
