@@ -33,6 +33,7 @@ def sweep(
     method: str = COUNT_METHOD,
     seed: int = 0,
     surface: str = "ball-pivoting",
+    fit: bool | None = None,
     floor: bool = True,
     drop_invalid: bool = False,
     html: bool = False,
@@ -54,7 +55,7 @@ def sweep(
         The shares of the points to keep, each above 0 and up to 1.
     method, seed, **parameters
         As for :func:`meshlab_filter.simplify`.
-    surface, floor, drop_invalid
+    surface, fit, floor, drop_invalid
         As for :func:`meshlab_filter.run`; the floor is measured once.
     html : bool
         Also write ``sweep.html``: the curve and the table.
@@ -83,6 +84,7 @@ def sweep(
     if html:
         check_html()
     shares = _check_shares(keep)
+    fit = surface == "ball-pivoting" if fit is None else fit
     if {"delete", "count"} & parameters.keys():
         raise InvalidParameterError(
             "Invalid parameter of a sweep. Must be left out, as the shares say how much stays. "
@@ -102,7 +104,7 @@ def sweep(
     for share, result in _levels(scan, shares, watch, tell, method=method, seed=seed, **parameters):
         used = result.parameters
         with watch(f"surface and error at {share:.4g}"):
-            measured = measure(scan, result.indices, surface=surface)
+            measured = measure(scan, result.indices, surface=surface, fit=fit)
         found = figures(Outcome(scan=scan, result=result, measured=measured, base=None))
         del found["error"]["floor"], found["surface"]["compactness_before"]
         levels.append(
@@ -124,6 +126,7 @@ def sweep(
             "keep": shares,
             **used,
             "surface": surface,
+            "fit": fit,
             "drop_invalid": drop_invalid,
         },
         "versions": versions(),

@@ -280,3 +280,27 @@ def test_page_offers_the_run_as_a_preset(result, tmp_path):
     npt.assert_allclose(
         again["error"]["uncut"]["mean"], report["error"]["uncut"]["mean"], rtol=1e-6
     )
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"order": "surface-first", "count": 200}, "--count 200 --order surface-first"),
+        ({"order": "surface-first", "count": 90, "move": True}, "--order surface-first --move"),
+        ({"count": 200, "fit": False}, "--count 200 --seed 0 --no-fit"),
+        ({"count": 200, "surface": "ball-pivoting-auto"}, "--surface ball-pivoting-auto"),
+    ],
+)
+def test_every_kind_of_run_repeats_itself(options, words, tmp_path):
+    """Orders, moved points and surfaces are in the command, and the Python lines repeat them."""
+    source = write_sphere(tmp_path / "scan.ply", 500)
+    report = mf.run(source, tmp_path / "out", html=True, floor=False, **options)
+    assert words in command_line(report)
+    namespace: dict = {}
+    exec(python_lines(report).replace("'result'", repr(str(tmp_path / "again"))), namespace)
+    again = namespace["report"]
+    assert again["parameters"] == report["parameters"]
+    assert again["error"]["uncut"] == report["error"]["uncut"]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    simplified = payload_of(page)["views"][1]
+    assert len(unpack(simplified["x"])) == report["points"]["simplified"]

@@ -42,6 +42,7 @@ class Shares(click.ParamType):  # type: ignore[type-arg,unused-ignore]
               help="Same input, parameters and seed: same output.")  # fmt: skip
 @click.option("--surface", default="ball-pivoting", show_default=True, metavar="KIND",
               help="As for 'run'.")  # fmt: skip
+@click.option("--fit/--no-fit", default=None, help="As for 'run'.")
 @click.option("--no-floor", is_flag=True, help="Do not run the chain on the untouched cloud too.")
 @click.option("--no-report", is_flag=True, help="Do not write sweep.html.")
 @click.option("--drop-invalid", is_flag=True, help="Leave out points that are not finite.")
@@ -55,6 +56,7 @@ def command(
     assignments: tuple[str, ...],
     seed: int,
     surface: str,
+    fit: bool | None,
     no_floor: bool,
     no_report: bool,
     drop_invalid: bool,
@@ -84,6 +86,7 @@ def command(
             method=method,
             seed=seed,
             surface=surface,
+            fit=fit,
             floor=not no_floor,
             drop_invalid=drop_invalid,
             html=html,
