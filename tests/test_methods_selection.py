@@ -10,6 +10,7 @@ from meshlab_filter.methods.selection import (
     nearest_in_group,
     ranking_from_order,
     ranking_from_subset,
+    search_grid,
     search_parameter,
 )
 
@@ -74,3 +75,43 @@ def test_search_returns_the_nearest_it_can():
         lambda value: np.arange(10 if value < 1 else 2), 8, start=3.0, low=0.1, high=10.0
     )
     assert len(kept) == 10
+
+
+def cells(interval, threshold):
+    """Return as many points as a surface of area 1 has cells, and more where normals spread."""
+    return np.arange(round(interval**-2 + 300 * max(0.0, 1.0 - threshold)))
+
+
+def grid_search(count, *, free=(True, True), interval=0.1):
+    """Search with the cells above, from a threshold of 0.5."""
+    return search_grid(
+        cells, count, interval=interval, threshold=0.5, loosest=1.0, extent=1.0, free=free
+    )
+
+
+def test_grid_search_prefers_the_interval():
+    """A count that the interval alone can meet leaves the threshold as it is."""
+    interval, threshold, kept = grid_search(1000)
+    assert (threshold, len(kept)) == (0.5, 1000)
+    npt.assert_allclose(interval, 850**-0.5, rtol=1e-3)
+
+
+def test_grid_search_shares_out_small_counts():
+    """Where splits alone give too many, the cells give three quarters and the splits the rest."""
+    interval, threshold, kept = grid_search(80)
+    assert len(kept) == 80
+    npt.assert_allclose(interval, 60**-0.5, rtol=1e-2)
+    npt.assert_allclose(threshold, 1.0 - 20 / 300, rtol=1e-2)
+
+
+@pytest.mark.parametrize("count", [110, 380])
+def test_grid_search_moves_the_threshold_both_ways(count):
+    """With the interval given, 100 cells, the threshold is lowered or raised."""
+    interval, _, kept = grid_search(count, free=(False, True))
+    assert (interval, len(kept)) == (0.1, count)
+
+
+def test_grid_search_leaves_what_is_given():
+    """With both given there is nothing to search."""
+    interval, threshold, kept = grid_search(80, free=(False, False))
+    assert (interval, threshold, len(kept)) == (0.1, 0.5, 250)

@@ -13,7 +13,7 @@ from .selection import (
     diagonal,
     nearest_in_group,
     ranking_from_subset,
-    search_parameter,
+    search_grid,
 )
 
 _DEEPEST = 24  # halvings of a cell; beyond it points of differing normals coincide
@@ -42,8 +42,8 @@ def rank(
     normals : array_like, shape (N, 3), optional
         Their signs count. Without them they are estimated from 15 nearest neighbours.
     count : int, optional
-        Points to keep, met as nearly as can be: the space interval is searched, or the
-        threshold where the interval is given or where even the coarsest grid keeps more.
+        Points to keep, met as nearly as can be: of space interval and threshold those that are
+        not given are searched (:func:`meshlab_filter.methods.selection.search_grid`).
         ``info["missed"]`` says by how many points it was missed.
     seed : int
         Taken for the sake of the common interface; the method uses no randomness.
@@ -96,20 +96,18 @@ def rank(
     def kept_by(edge: float, spread: float) -> IntArray:
         return _representatives(cloud, vectors, split_cells(cloud, vectors, edge, spread))
 
-    kept = kept_by(edge, spread)
-    if count is not None and len(kept) != count:
-        if space_interval is None:
-            edge, kept = search_parameter(
-                lambda value: kept_by(value, spread),
-                count,
-                start=extent / np.sqrt(count),
-                low=extent * 1e-6,
-                high=extent * 2,
-            )
-        if len(kept) > count and normal_threshold is None:
-            spread, kept = search_parameter(
-                lambda value: kept_by(edge, value), count, start=spread, low=spread, high=1.1
-            )
+    if count is None:
+        kept = kept_by(edge, spread)
+    else:
+        edge, spread, kept = search_grid(
+            kept_by,
+            count,
+            interval=edge,
+            threshold=spread,
+            loosest=1.1,
+            extent=extent,
+            free=(space_interval is None, normal_threshold is None),
+        )
     return ranking_from_subset(
         kept,
         len(cloud),

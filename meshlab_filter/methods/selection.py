@@ -210,3 +210,63 @@ def search_parameter(
             at = below + (above - below) * min(max(share, 0.05), 0.95)
     assert best is not None
     return best[1], best[2]
+
+
+def search_grid(
+    evaluate: Callable[[float, float], IntArray],
+    count: int,
+    *,
+    interval: float,
+    threshold: float,
+    loosest: float,
+    extent: float,
+    free: tuple[bool, bool],
+) -> tuple[float, float, IntArray]:
+    """Find the space interval and the normal threshold for which a method keeps ``count`` points.
+
+    The interval is searched first. Where even a coarse one keeps too many, for clusters or cells
+    are split until their normals agree, the interval becomes the one that gives three quarters of
+    the points without any split, about their share on Fandisk with the published parameters, and
+    the threshold is raised until the splits give the rest.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Takes interval and threshold, returns the indices that stay.
+    count : int
+        Points asked for.
+    interval, threshold : float
+        The values to begin with.
+    loosest : float
+        A threshold that no normals reach.
+    extent : float
+        Diagonal of the bounding box.
+    free : tuple of bool
+        Whether interval and threshold may be changed.
+
+    Returns
+    -------
+    interval, threshold : float
+    kept : numpy.ndarray of int64
+    """
+    kept = evaluate(interval, threshold)
+
+    def search_interval(threshold: float, count: int) -> tuple[float, IntArray]:
+        return search_parameter(
+            lambda value: evaluate(value, threshold),
+            count,
+            start=extent / math.sqrt(count),
+            low=extent * 1e-6,
+            high=extent * 2,
+        )
+
+    if len(kept) != count and free[0]:
+        interval, kept = search_interval(threshold, count)
+    if len(kept) == count or not free[1] or (free[0] and len(kept) < count):
+        return interval, threshold, kept
+    if free[0] and len(kept) > 1.01 * count:
+        interval, _ = search_interval(loosest, max(1, round(0.75 * count)))
+    threshold, kept = search_parameter(
+        lambda value: evaluate(interval, value), count, start=threshold, low=1e-6, high=loosest
+    )
+    return interval, threshold, kept

@@ -22,7 +22,7 @@ from .selection import (
     diagonal,
     nearest_in_group,
     ranking_from_subset,
-    search_parameter,
+    search_grid,
 )
 
 _EXACT = 128  # up to this size every pair of a cluster's normals is compared
@@ -55,8 +55,8 @@ def rank(
     normals : array_like, shape (N, 3), optional
         Their signs count. Without them they are estimated from 15 nearest neighbours.
     count : int, optional
-        Points to keep, met as nearly as can be: the space interval is searched, or the
-        threshold where the interval is given or where even a coarse one keeps more.
+        Points to keep, met as nearly as can be: of space interval and threshold those that are
+        not given are searched (:func:`meshlab_filter.methods.selection.search_grid`).
         ``info["missed"]`` says by how many points it was missed.
     seed : int
         Of the random order in which points are taken as seeds of clusters.
@@ -127,20 +127,18 @@ def rank(
         away = ((cloud - _means(cloud, label)[label]) ** 2).sum(axis=1)
         return np.sort(nearest_in_group(label, away))
 
-    kept = kept_by(interval, bend)
-    if count is not None and len(kept) != count:
-        if space_interval is None:
-            interval, kept = search_parameter(
-                lambda value: kept_by(value, bend),
-                count,
-                start=extent / math.sqrt(count),
-                low=extent * 1e-6,
-                high=extent * 2,
-            )
-        if len(kept) > count and normal_threshold is None:
-            bend, kept = search_parameter(
-                lambda value: kept_by(interval, value), count, start=bend, low=bend, high=2.1
-            )
+    if count is None:
+        kept = kept_by(interval, bend)
+    else:
+        interval, bend, kept = search_grid(
+            kept_by,
+            count,
+            interval=interval,
+            threshold=bend,
+            loosest=2.1,
+            extent=extent,
+            free=(space_interval is None, normal_threshold is None),
+        )
     return ranking_from_subset(
         kept,
         len(cloud),
