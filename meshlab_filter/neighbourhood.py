@@ -42,8 +42,8 @@ class Neighbourhood:
         At least k + 1 points must stay.
         """
         self.alive[gone] = False
-        touched = self.alive & ~self.alive[self.nearest].all(axis=1)
-        rows = np.flatnonzero(touched)
+        rows = np.flatnonzero(self.alive)
+        rows = rows[~self.alive[self.nearest[rows]].all(axis=1)]
         there = self._left(rows)
         enough = there.sum(axis=1) >= self.k
         known = rows[enough]

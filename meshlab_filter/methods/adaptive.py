@@ -147,49 +147,48 @@ class _Decimation:
 
     def run(self, stop: int, progress: Callable[[float], object]) -> IntArray:
         """All points in the order they go; the last ``stop`` of them are the ones that stay."""
-        size = len(self.points)
-        gone: list[IntArray] = []
-        left = size
-        if left > _NEIGHBOURS + 1:
-            self._begin()
-        while left > max(stop, _NEIGHBOURS + 1):
-            victims = self._victims(self._turns())
-            victims = victims[: left - max(stop, _NEIGHBOURS + 1)]
-            self._take(victims)
-            gone.append(victims)
-            left -= len(victims)
-            self.rounds += 1
-            progress((size - left) / max(size - stop, 1))
-        if left > _NEIGHBOURS + 1:
-            turns = self._turns()
-            survivors = np.flatnonzero(self.hood.alive)
-            gone.append(survivors[np.argsort(turns[survivors])])
-        else:
-            alive = np.ones(size, dtype=bool)
-            alive[np.concatenate([*gone, np.empty(0, dtype=np.int64)])] = False
-            gone.append(self._handful(np.flatnonzero(alive)))
+        size = left = len(self.points)
+        least = max(stop, _NEIGHBOURS + 1)
+        gone = [np.empty(0, dtype=np.int64)]
+        with ThreadPoolExecutor(os.cpu_count()) as self.pool:
+            if left > _NEIGHBOURS + 1:
+                self._begin()
+            while left > least:
+                victims = self._victims()[: left - least]
+                self._take(victims)
+                gone.append(victims)
+                left -= len(victims)
+                self.rounds += 1
+                progress((size - left) / max(size - stop, 1))
+            if stop > _NEIGHBOURS + 1:
+                survivors = np.flatnonzero(self.alive)
+                gone.append(survivors[np.argsort(self._queue()[survivors])])
+            else:
+                survivors = np.setdiff1d(np.arange(size), np.concatenate(gone))
+                gone.append(self._handful(survivors))
         progress(1.0)
         return np.concatenate(gone)
 
     def _begin(self) -> None:
         size = len(self.points)
         self.hood = Neighbourhood(self.points, _NEIGHBOURS)
+        self.alive = self.hood.alive
         self.witnesses = Witnesses(_NEIGHBOURS)
         self.owner = np.arange(size)
         self.error = np.empty(size)
-        self.before = np.zeros(size)
-        self.gap = np.empty(size)
+        self.before2 = np.zeros(size)
         self.spacing2 = np.empty(size)
-        everyone = np.arange(size)
-        self._measure_spacing(everyone)
-        self._measure_errors(everyone)
+        self.stale = np.ones(size, dtype=bool)
+        self._measure_spacing(np.arange(size))
+        self._measure_errors(self.stale)
 
     def _measure_spacing(self, rows: IntArray) -> None:
         d = self.points[self.hood.nearest[rows]] - self.points[rows, None, :]
         self.spacing2[rows] = np.einsum("ijk,ijk->i", d, d) / _NEIGHBOURS
 
-    def _measure_errors(self, rows: IntArray) -> None:
-        """Estimate the error of these witnesses, in chunks over all cores."""
+    def _measure_errors(self, owners: npt.NDArray[np.bool_]) -> None:
+        """Estimate the error of the witnesses of these owners, in chunks over all cores."""
+        rows = np.flatnonzero(owners[self.owner])
 
         def measure(start: int) -> None:
             x = rows[start : start + _CHUNK]
@@ -202,42 +201,51 @@ class _Decimation:
             )
             self.error[x] = gap + self.crease_safety * crease
 
-        starts = range(0, len(rows), _CHUNK)
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            for _ in pool.map(measure, starts):
-                pass
+        for _ in self.pool.map(measure, range(0, len(rows), _CHUNK)):
+            pass
+        self.stale[owners] = False
 
-    def _costs(self) -> FloatArray:
-        """Rise in squared error, over all witnesses of each alive point, if that point went."""
-        size = len(self.points)
-        alive = self.hood.alive
+    def _queue(self) -> IntArray:
+        """Queue up: a number for each point, lower for lower cost, the highest for removed ones."""
+        alive = self.alive
         curvature = self.error[alive].mean() / max(self.spacing2[alive].mean(), _TINY)
         bow = self.evenness * max(curvature, _LEAST_CURVATURE) * self.spacing2
-        total = (self.error + bow[self.owner]) ** 2 - self.before**2
-        return np.asarray(np.bincount(self.owner, weights=total, minlength=size), dtype=float)
-
-    def _turns(self) -> IntArray:
-        """Queue up: the place of each alive point, by cost; removed points are at the end."""
-        alive = np.flatnonzero(self.hood.alive)
-        cost = self._costs()[alive]
+        rise = self.error + bow[self.owner]
+        rise *= rise
+        rise -= self.before2
+        cost = np.bincount(self.owner, weights=rise, minlength=len(alive))[alive]
+        # Detail finer than the ball is lost to ball pivoting, which has one radius for all points
+        # and skips what lies closer in a hollow: where it is crowded, points count for less.
+        own2 = self.spacing2[alive]
+        cost *= np.minimum(own2 / max(float(np.median(own2)), _TINY), 1.0)
         step = np.floor(_STEPS_PER_E_FOLD * np.log(np.maximum(cost, _TINY)))
-        turns = np.full(len(self.points), len(self.points))
-        turns[alive[np.lexsort((self.lottery[alive], step))]] = np.arange(len(alive))
-        return turns
+        queue = np.full(len(alive), np.iinfo(np.int64).max)
+        queue[alive] = step.astype(np.int64) * len(alive) + self.lottery[alive]
+        return queue
 
-    def _victims(self, turns: IntArray) -> IntArray:
-        """Points cheaper than all their neighbours, both ways, cheapest first."""
-        alive = np.flatnonzero(self.hood.alive)
-        last = -(-len(alive) // _CANDIDATES)
-        candidates = alive[turns[alive] < last]
-        neighbours = self.hood.nearest[candidates]
-        mine, theirs = turns[candidates, None], turns[neighbours]
-        free = turns < last
-        free[candidates[(theirs < mine).any(axis=1)]] = False
-        free[neighbours[theirs > mine]] = False
-        chosen = candidates[free[candidates]]
-        chosen = chosen[np.argsort(turns[chosen])]
-        return chosen[: max(len(alive) // _LARGEST_ROUND, 1)]
+    def _victims(self) -> IntArray:
+        """Points cheaper than all their neighbours, both ways, cheapest first.
+
+        Estimates are renewed only for the candidates: a point whose neighbours have gone is
+        hardly ever cheaper than it was, so that the others are no candidates either way.
+        """
+        left = int(self.alive.sum())
+        last = -(-left // _CANDIDATES)
+        while True:
+            queue = self._queue()
+            among = queue <= np.partition(queue, last - 1)[last - 1]
+            self._measure_errors(self.stale & among)
+            queue = self._queue()
+            candidates = np.flatnonzero(queue <= np.partition(queue, last - 1)[last - 1])
+            neighbours = self.hood.nearest[candidates]
+            mine, theirs = queue[candidates, None], queue[neighbours]
+            free = ~self.stale
+            free[candidates[(theirs < mine).any(axis=1)]] = False
+            free[neighbours[theirs > mine]] = False
+            chosen = candidates[free[candidates]]
+            if len(chosen):
+                chosen = chosen[np.argsort(queue[chosen])]
+                return chosen[: max(left // _LARGEST_ROUND, 1)]
 
     def _take(self, victims: IntArray) -> None:
         """Remove points; their witnesses pass to the nearest of the neighbours."""
@@ -247,16 +255,13 @@ class _Decimation:
         heirs = self.hood.nearest[self.owner[orphans]]
         d = self.points[heirs] - self.points[orphans, None, :]
         nearest = np.einsum("ijk,ijk->ij", d, d).argmin(axis=1)
-        self.before[orphans] = self.error[orphans]
+        self.before2[orphans] = self.error[orphans] ** 2
         self.owner[orphans] = heirs[np.arange(len(orphans)), nearest]
-
         changed = self.hood.remove(victims)
         self._measure_spacing(changed)
-        stale = np.zeros(len(self.points), dtype=bool)
-        stale[changed] = True
-        stale = stale[self.owner]
-        stale[orphans] = True
-        self._measure_errors(np.flatnonzero(stale))
+        self.stale[changed] = True
+        self.stale[self.owner[orphans]] = True
+        self.stale[victims] = False
 
     def _handful(self, rows: IntArray) -> IntArray:
         """Order the last few: always the one nearest to another goes, so the far ones stay."""
