@@ -39,8 +39,8 @@ class Annotation:
     points : int
     left : int or None
         Points that the preset's own cut leaves, if it has one.
-    highest : float
-        The highest quality.
+    lowest, highest : float
+        The ends of the quality.
     colored : str
         "entropy", "rank", or "" if the cloud kept its own colours.
     """
@@ -49,6 +49,7 @@ class Annotation:
     script: Path | None
     points: int
     left: int | None
+    lowest: float
     highest: float
     colored: str
 
@@ -162,6 +163,7 @@ def annotate_file(
         script=None if script is None else Path(script),
         points=len(values),
         left=None if cut is None else int(kept.sum()),
+        lowest=float(values.min()),
         highest=float(values.max()),
         colored=colored,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler, LexicalHandler, property_lexical_handler
 from xml.sax.xmlreader import AttributesImpl, InputSource
@@ -22,6 +23,8 @@ from .mlx import (
     Instruction,
     Param,
 )
+
+_WHOLE = re.compile(r"[+-]?[0-9]{1,10}")
 
 
 def parse_script(content: bytes, source: str) -> FilterScript:
@@ -169,10 +172,11 @@ def _param(attrs: AttributesImpl, reader: _Reader) -> Param:
         return value
 
     def integer(key: str) -> int:
-        value = number(key)
-        if not text(key).strip().lstrip("+-").isdigit() or abs(value) >= 2**31:
+        digits = text(key).strip()
+        value = int(digits) if _WHOLE.fullmatch(digits) else None
+        if value is None or abs(value) >= 2**31:
             raise reader.fault(f"give {name!r} ({type_}) a whole number as {key!r}", text(key))
-        return int(value)
+        return value
 
     def listed(stem: str, count: str) -> tuple[str, ...]:
         size = integer(count)

@@ -103,6 +103,7 @@ def _model(name: str, model: str, clusters: int, delete: int, published: Publish
     )
 
 
+_DEFAULT_CUT = round(100 * DEFAULT_DELETE, 6)
 _BUNNY_40 = Published(points=16130, left=15684, place="Fig. 7")
 _BUNNY_30 = Published(points=16130, left=15813, place="Fig. 7")
 
@@ -113,10 +114,10 @@ PRESETS: dict[str, Preset] = {
         Preset(
             name="default",
             title="Any cloud, the paper's rule: clusters of 20 points on average (5 %), "
-            f"{100 * DEFAULT_DELETE:.3g} % of them go",
-            cut=round(100 * DEFAULT_DELETE, 6),
+            f"{_DEFAULT_CUT:g} % of them go",
+            cut=_DEFAULT_CUT,
             recipe=Recipe(
-                parameters={"clusters": 0.05, "delete": DEFAULT_DELETE, "init": "random"},
+                parameters={"clusters": 0.05, "delete": _DEFAULT_CUT / 100, "init": "random"},
                 quality="percent",
             ),
         ),
@@ -190,8 +191,9 @@ def find(preset: str | os.PathLike[str]) -> Path:
     'bunny.mlx'
     """
     text = os.fspath(preset)
-    if text in PRESETS:
-        return folder() / f"{text}.mlx"
+    name = text.removesuffix(".mlx")
+    if name in PRESETS and not (name != text and Path(text).is_file()):
+        return folder() / f"{name}.mlx"
     if text.lower().endswith(".mlx") or os.sep in text:
         path = Path(text)
         if path.is_file():
@@ -221,9 +223,10 @@ def open_script(preset: str | os.PathLike[str] | FilterScript) -> FilterScript:
     """
     if isinstance(preset, FilterScript):
         return preset
-    script = read(find(preset))
+    path = find(preset)
+    script = read(path)
     # Where the package lies has no place in messages and in the headers of outputs.
-    return replace(script, source=f"{preset}.mlx") if preset in PRESETS else script
+    return replace(script, source=path.name) if path.parent == folder() else script
 
 
 def copy(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,6 +26,7 @@ QUALITIES = ("rank", "percent")
 #: of the file, and where it has none, the method's own estimate.
 NORMALS = ("layer", "file")
 
+_SHARE = re.compile(r"0\.\d+")
 _OWN = ("method", "seed", "count", "quality", "center", "normals", "fit")
 
 
@@ -191,6 +193,8 @@ def _flag(options: Mapping[str, str], name: str) -> bool:
 
 def _value(method: Method, name: str, text: str) -> Any:
     if method.name == CLUSTER_METHOD and name in ("clusters", "delete"):
+        if _SHARE.fullmatch(text):
+            return float(text)
         return parse_amount(text, name=name)
     (value,) = method.parse([f"{name}={text}"]).values()
     return value
@@ -200,5 +204,7 @@ def _text(name: str, value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if name in ("clusters", "delete") and isinstance(value, float):
-        return f"{100 * value:.12g}%"
+        # A share that no percentage stands for to the last digit is written as it is.
+        percent = f"{100 * value:.12g}%"
+        return percent if parse_amount(percent, name=name) == value else repr(value)
     return format_number(value) if isinstance(value, int | float) else str(value)

@@ -295,12 +295,16 @@ def _measure(scripted: Scripted, scan: Scan, *, fit: bool = False) -> Measured:
     indices = scripted.run.indices
     own = indices is None or scripted.run.own_vertices
     vertices = scripted.vertices() if own or indices is None else scan.cloud.points[indices]
+    cloud = scan.cloud.points - scan.origin
+    centred = vertices - scan.origin
+    if own:  # there and back again would cost a digit
+        centred = mesh.vertex_matrix() + (scripted.origin - scan.origin)
     fit = fit and len(faces) > 0
     if fit:
-        faces = flip_edges(vertices - scan.origin, faces, scan.cloud.points - scan.origin)
+        faces = flip_edges(centred, faces, cloud)
     meshset = import_pymeshlab().MeshSet(verbose=False)
-    add_layer(meshset, scan.cloud.points - scan.origin)
-    add_layer(meshset, vertices - scan.origin, faces=faces if len(faces) else None)
+    add_layer(meshset, cloud)
+    add_layer(meshset, centred, faces=faces if len(faces) else None)
     return Measured(
         points=vertices,
         faces=faces,

@@ -43,9 +43,20 @@ def point_normals() -> Filter:
 
 
 def ball_pivoting(
-    radius: float = 0.0, *, clustering: float = 20.0, largest: float = 100.0
+    radius: float = 0.0, *, clustering: float = 5.0, largest: float = 100.0
 ) -> Filter:
-    """Return a pass of ball pivoting; radius 0 lets MeshLab choose it."""
+    """Return a pass of ball pivoting.
+
+    Parameters
+    ----------
+    radius : float
+        In the unit of the coordinates; 0 lets MeshLab choose it.
+    clustering : float
+        Per cent of the radius under which vertices count as one. MeshLab's own 20 ends MeshLab
+        2020.09 on some clouds, and lets rounding change more faces.
+    largest : float
+        The end of MeshLab's scale for the radius.
+    """
     return Filter(
         _BALL_PIVOTING,
         (
@@ -125,14 +136,19 @@ def record(
     ['Duplicate Current layer', 'Conditional Vertex Selection', 'Delete Selected Vertices']
     """
     filters = list(thinning(threshold))
+    if surface != "none":
+        # MeshLab 2020.09 leaves holes where vertices were deleted, on which ball pivoting crashes;
+        # a copy has none.
+        filters.append(filters[0])
     if surface == "ball-pivoting":
-        filters += [ball_pivoting(radius, clustering=5) for radius in radii]
+        filters += [ball_pivoting(radius) for radius in radii]
     elif surface == "ball-pivoting-auto":
-        filters.append(ball_pivoting())
+        filters.append(ball_pivoting(clustering=20))
     elif surface == "screened-poisson":
         filters.append(screened_poisson())
     if measured:
-        filters.append(hausdorff(target=2 if surface == "screened-poisson" else 1))
+        made = {"none": 1, "screened-poisson": 3}.get(surface, 2)
+        filters.append(hausdorff(target=made))
     return FilterScript(tuple(filters), recipe.instruction(), comment)
 
 
@@ -191,7 +207,7 @@ def fit(script: FilterScript, *, radii: Sequence[float], diagonal: float) -> Fil
     for filter_ in script:
         values = filter_.values()
         if filter_.name == _BALL_PIVOTING and values.get("BallRadius") == 0:
-            filters += [ball_pivoting(radius, clustering=5, largest=diagonal) for radius in radii]
+            filters += [ball_pivoting(radius, largest=diagonal) for radius in radii]
         elif filter_.name == _HAUSDORFF:
             cut = replace(filter_["MaxDist"], value=PAPER_CUT * diagonal, maximum=float(diagonal))
             kept = tuple(cut if p.name == "MaxDist" else p for p in filter_.params)

@@ -61,9 +61,8 @@ def command(
     if quiet:
         return
     colored = f"coloured by {done.colored}" if done.colored else "with its own colours"
-    lines = [
-        f"{done.target}: {done.points} points with quality 0 to {done.highest:.6g}, {colored}."
-    ]
+    ends = f"{done.lowest:.6g} to {done.highest:.6g}"
+    lines = [f"{done.target}: {done.points} points with quality {ends}, {colored}."]
     if done.left is not None:
         lines.append(f"The preset's own cut leaves {done.left} points.")
     if done.script is not None:
