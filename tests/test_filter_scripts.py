@@ -169,7 +169,7 @@ def test_apply_preset_is_the_chain_step_by_step(meshset):
     result = mf.simplify(blob(), delete=round(0.074 * 30), seed=3)
     add_layer(other, blob()[result.indices])
     other.compute_normal_for_point_clouds(k=12)
-    other.generate_surface_reconstruction_ball_pivoting()
+    other.generate_surface_reconstruction_ball_pivoting(clustering=5)
     errors = other.get_hausdorff_distance(
         sampledmesh=0, targetmesh=1, samplevert=True, sampleface=False, sampleedge=False,
         samplefauxedge=False, samplenum=600, maxdist=import_pymeshlab().PureValue(1e30),
