@@ -8,8 +8,6 @@ from typing import Any, TypeVar
 
 import click
 
-from ..amounts import parse_amount
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -22,6 +20,8 @@ class Amount(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> int | float:
         """Parse the text."""
+        from ..amounts import parse_amount
+
         if not isinstance(value, str):
             return value  # type: ignore[no-any-return]
         return parse_amount(value, name=(param.opts[0] if param else "amount"))
