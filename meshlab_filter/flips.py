@@ -121,6 +121,8 @@ def nearest_faces(
     """
     from scipy.spatial import cKDTree
 
+    if not len(points):
+        return np.empty(0, dtype=np.int64), np.empty(0)
     used = np.unique(faces)
     near = cKDTree(vertices[used]).query(points, k=min(neighbours, len(used)), workers=-1)[1]
     near = used[near.reshape(len(points), -1)]

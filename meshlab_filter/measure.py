@@ -14,7 +14,7 @@ from .bridge.session import import_pymeshlab
 from .bridge.surface import THROUGH_POINTS, compute_normals, reconstruct
 from .cloud import Cloud, read_cloud
 from .errors import MeshLabError
-from .flips import flip_edges
+from .fitting import fit_surface
 from .quality import (
     PAPER_CUT,
     acceptable_share,
@@ -140,8 +140,8 @@ def measure(scan: Scan, kept: IntArray, *, surface: str, fit: bool = False) -> M
     surface : str
         As in :func:`meshlab_filter.bridge.surface.reconstruct`.
     fit : bool
-        Flip edges of the surface toward the original points
-        (:func:`meshlab_filter.flips.flip_edges`); only where the surface goes through the points.
+        Fit the surface to the original points (:func:`meshlab_filter.fitting.fit_surface`); only
+        where it goes through the points that stay.
 
     Returns
     -------
@@ -168,7 +168,7 @@ def measure(scan: Scan, kept: IntArray, *, surface: str, fit: bool = False) -> M
     faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
     reconstruction["fitted"] = fit and surface in THROUGH_POINTS
     if reconstruction["fitted"]:
-        faces = flip_edges(points[kept] - origin, faces, points - origin)
+        faces = fit_surface(points[kept] - origin, faces, points - origin)
         add_layer(meshset, points[kept] - origin, faces=faces, name="fitted")
         mesh = meshset.current_mesh()
     return Measured(

@@ -53,8 +53,9 @@ class Recipe:
     normals : str
         "layer" or "file", see ``NORMALS``.
     fit : bool
-        Flip edges of the surface toward the original points once the filters have run
-        (:func:`meshlab_filter.flips.flip_edges`). MeshLab has no filter for it and leaves it out.
+        Fit the surface to the original points once the filters have run
+        (:func:`meshlab_filter.fitting.fit_surface`). MeshLab has no filter for it and leaves it
+        out.
 
     Examples
     --------

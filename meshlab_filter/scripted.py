@@ -19,7 +19,7 @@ from .chain import FILES, PAGE, Progress, write_results
 from .cloud import MESHLAB_FORMATS, check_readable, check_writable, write_cloud
 from .errors import OutputError, PresetError
 from .files import FileSummary
-from .flips import flip_edges
+from .fitting import fit_surface
 from .htmlreport import check_html, write_html
 from .measure import Measured, Outcome, Scan, figures, prepare
 from .methods.ranking import Ranking
@@ -301,7 +301,7 @@ def _measure(scripted: Scripted, scan: Scan, *, fit: bool = False) -> Measured:
         centred = mesh.vertex_matrix() + (scripted.origin - scan.origin)
     fit = fit and len(faces) > 0
     if fit:
-        faces = flip_edges(centred, faces, cloud)
+        faces = fit_surface(centred, faces, cloud)
     meshset = import_pymeshlab().MeshSet(verbose=False)
     add_layer(meshset, cloud)
     add_layer(meshset, centred, faces=faces if len(faces) else None)

@@ -44,7 +44,7 @@ def show_run(report: dict[str, Any], out: Path, *, page: bool = False) -> None:
             compact += f" (before: {surface['compactness_before']:.2%})"
         lines.append(
             f"Surface: {surface['faces']} faces, {surface['holes']} holes, "
-            f"{'edges fitted to the original points, ' if surface['fitted'] else ''}"
+            f"{'fitted to the original points, ' if surface['fitted'] else ''}"
             f"compactness 0.6 and above: {compact}"
         )
     if report["input"]["dropped"]:
