@@ -54,6 +54,24 @@ def parse_amount(text: str, *, name: str) -> int | float:
     )
 
 
+def parse_count(text: str, *, name: str) -> int:
+    """Return a whole number from 1.
+
+    Raises
+    ------
+    InvalidParameterError
+        If it is none.
+
+    Examples
+    --------
+    >>> parse_count("16", name="tiles")
+    16
+    """
+    if not text.strip().isascii() or not text.strip().isdigit():
+        raise InvalidParameterError(f"Invalid {name}. Must be a whole number. Given: {text!r}.")
+    return check_integer(int(text), name=name, minimum=1)
+
+
 def points_to_keep(
     total: int, *, count: Any = None, keep: Any = None, name: str = "points"
 ) -> int | None:
