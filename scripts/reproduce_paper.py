@@ -157,7 +157,7 @@ def draw(results: dict[str, Any], options: argparse.Namespace) -> dict[str, str]
             for method, row in results["fandisk"]["fig8"].items()
         }
         cloud, faces = scenes["fandisk"]["cloud"], scenes["fandisk"]["original"]["faces"]
-        figures.errors_in_colour("fandisk", cloud, faces, panels, path("fandisk"), top=0.01)
+        figures.errors_in_colour("fandisk", cloud, faces, panels, path("fig8"), top=0.005)
     return images
 
 

@@ -73,6 +73,8 @@ SUBJECTS: dict[str, Subject] = {
             model="david",
             presets=("david",),
             note="another mesh, six times coarser",
+            up="z",
+            elevation=5,
         ),
         Subject(
             name="fandisk",
@@ -80,7 +82,7 @@ SUBJECTS: dict[str, Subject] = {
             model="fandisk",
             presets=("fandisk",),
             note="the same shape, subdivided twice",
-            azimuth=-35,
+            azimuth=145,
             elevation=25,
         ),
         Subject(
