@@ -137,6 +137,25 @@ def test_any_method_runs_by_name(scan, tmp_path):
     assert "method shi2011" in done.stdout
 
 
+def test_tiles_of_a_las_file(scan, tmp_path):
+    """Tile by tile to an exact count; options that need tiles say so."""
+    source, target = tmp_path / "scan.las", tmp_path / "thin.las"
+    laspy = pytest.importorskip("laspy")
+    cloud = laspy.create(point_format=6)
+    cloud.header.scales = [1e-6] * 3
+    cloud.x, cloud.y, cloud.z = np.loadtxt(scan).T
+    cloud.write(str(source))
+    done = cli("simplify", source, target, "--count", 100, "--tiles", 3)
+    assert done.returncode == 0, done.stderr
+    assert "kept 100 of 500 points" in done.stdout
+    assert "3 tiles" in done.stdout
+    assert len(laspy.read(str(target)).points) == 100
+    for wrong in (["--tiles", "x"], ["--workers", "2"], ["--tiles", "2", "--drop-invalid"]):
+        done = cli("simplify", source, target, "--count", 100, *wrong)
+        assert done.returncode == 2
+        assert "--" in done.stderr
+
+
 @pytest.mark.slow
 def test_demo_goes_all_the_way(tmp_path):
     """28088 points, no file and no network."""

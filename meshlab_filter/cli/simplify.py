@@ -19,8 +19,7 @@ from .options import given_options, method_arguments, method_options, preset_opt
 @click.option(
     "--tiles",
     metavar="N|auto",
-    help="Work on a LAS file tile by tile, in bounded memory; "
-    "auto takes a million points for each tile.",
+    help="Work on a LAS file tile by tile, in bounded memory; auto takes a million points a tile.",
 )
 @click.option(
     "--scheduler",
