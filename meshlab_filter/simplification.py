@@ -20,6 +20,8 @@ from .validation import FloatArray, IntArray, check_points
 COUNT_METHOD, CLUSTER_METHOD = "adaptive", "cluster-entropy"
 #: Clusters the paper's rule deletes where nothing is asked: Bunny's share in its Table 1.
 DEFAULT_DELETE = 0.074
+#: Bounds of coordinates and of the extent of a cloud: their cubes are still numbers.
+LARGEST, SMALLEST = 1e100, 1e-100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +170,8 @@ def check_cloud(points: npt.ArrayLike) -> FloatArray:
     Raises
     ------
     InvalidCloudError
-        If there are fewer, or they are all the same.
+        If there are fewer, they are all the same, or so large or so near each other that the
+        squares and cubes of their distances cannot be computed.
 
     Examples
     --------
@@ -180,4 +183,16 @@ def check_cloud(points: npt.ArrayLike) -> FloatArray:
     array = check_points(points, minimum=3)
     if (array == array[0]).all():
         raise InvalidCloudError(f"All points are in one place. Given: {len(array)} equal points.")
+    largest = float(np.abs(array).max())
+    if largest > LARGEST:
+        raise InvalidCloudError(
+            f"Invalid points. Coordinates must be at most {LARGEST:g}, or the squares and cubes of "
+            f"distances are beyond the numbers of the machine. Given: {largest:g}."
+        )
+    edge = float(np.ptp(array, axis=0).max())
+    if edge < SMALLEST:
+        raise InvalidCloudError(
+            f"Invalid points. The largest edge of their bounding box must be at least "
+            f"{SMALLEST:g}, or the squares and cubes of distances are nothing. Given: {edge:g}."
+        )
     return array
