@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-BEGIN, END = "<!-- speed:begin -->", "<!-- speed:end -->"
+MARKS = ("<!-- speed:begin -->", "<!-- speed:end -->")
 SIZES = (100_000, 300_000, 1_000_000, 3_000_000)
 SURFACE_SIZE = 100_000
 
@@ -208,7 +208,7 @@ def measure_all(folder: Path, sizes: list[int]) -> str:
     ]  # fmt: skip
     return "\n".join(
         [
-            BEGIN,
+            MARKS[0],
             "## Speed and memory",
             "",
             f"`python scripts/benchmark_speed.py`; {versions()}.",
@@ -232,16 +232,17 @@ def measure_all(folder: Path, sizes: list[int]) -> str:
             "",
             "Stages of that `run` in passes (s): "
             + ", ".join(f"{name} {value:.1f}" for name, value in stages.items()) + ".",
-            END,
+            MARKS[1],
         ]
     )  # fmt: skip
 
 
-def write_section(path: Path, section: str) -> None:
+def write_section(path: Path, section: str, marks: tuple[str, str]) -> None:
     """Put the section between its marks, or at the end of the file."""
     text = path.read_text(encoding="utf-8") if path.exists() else "# Benchmarks\n"
-    if BEGIN in text:
-        text = text[: text.index(BEGIN)] + section + text[text.index(END) + len(END) :]
+    begin, end = marks
+    if begin in text:
+        text = text[: text.index(begin)] + section + text[text.index(end) + len(end) :]
     else:
         text = f"{text.rstrip()}\n\n{section}\n"
     path.write_text(text, encoding="utf-8")
@@ -261,7 +262,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         section = measure_all(Path(folder), arguments.sizes)
     print(section)
-    write_section(arguments.out, section)
+    write_section(arguments.out, section, MARKS)
 
 
 if __name__ == "__main__":
