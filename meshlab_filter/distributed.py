@@ -161,7 +161,7 @@ def simplify_tiles(
             _write(source, target, folder, len(plan), report, tell)
         except (InvalidParameterError, InvalidCloudError, FileFormatError):
             # Going on from these tiles would end the same way.
-            shutil.rmtree(folder, ignore_errors=True)
+            _discard(folder)
             raise
         except MeshlabFilterError:
             raise
@@ -169,8 +169,16 @@ def simplify_tiles(
             raise OutputError(
                 f"Cannot write the tiles: {error.strerror or error}. Given: {folder}."
             ) from error
-        shutil.rmtree(folder)
+        _discard(folder)
     return report
+
+
+def _discard(folder: Path) -> None:
+    """Remove the tiles, even while a task that nobody waits for is still at work on one."""
+    gone = folder.with_name(f"{folder.name}.gone")
+    # Under another name no task finds the folder any more to put a file into it.
+    folder.replace(gone)
+    shutil.rmtree(gone, ignore_errors=True)
 
 
 class _Job:
@@ -310,7 +318,8 @@ class _Job:
         self, client: Any, folder: Path, own: IntArray, tell: Progress
     ) -> dict[str, Any]:
         assert self.asked is not None
-        options = {name: self.parameters[name] for name in ("evenness", "crease_safety", "noisy")}
+        own_parameters = get_method(COUNT_METHOD).parameters
+        options = {known.name: self.parameters[known.name] for known in own_parameters}
         common = {
             "scales": self.scales.tolist(), "seed": self.parameters["seed"], "options": options,
         }  # fmt: skip
