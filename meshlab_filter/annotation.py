@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .bridge.surface import PASSES
-from .cloud import check_readable, check_writable, write_cloud
+from .cloud import Cloud, check_readable, check_writable, write_cloud
 from .colormap import colorize
 from .errors import OutputError, PresetError
 from .measure import prepare
 from .methods.ranking import Ranking
 from .mlx import FilterScript, write
 from .outputs import writing
+from .plycloud import PlyRecords
 from .presets import open_script
 from .provenance import comments, fingerprint, versions
 from .quality import median_spacing
@@ -72,7 +73,9 @@ def annotate_file(
     ----------
     source : path-like
     target : path-like
-        A .ply file, the format whose quality MeshLab reads.
+        A .ply file, the format whose quality MeshLab reads; binary. Of a scan in binary PLY it
+        keeps every property (one named as what is added here becomes ``input_…``), of any other
+        coordinates, normals and colours.
     preset : str, path or FilterScript
         Its instruction says how the points are ranked.
     script : path-like, optional
@@ -154,7 +157,7 @@ def annotate_file(
             radii=[factor * spacing for factor in PASSES],
             diagonal=scan.cloud.diagonal,
         )
-    write_cloud(scan.cloud, target, comments=lines, extra=columns, overwrite=overwrite)
+    write_cloud(_binary(scan.cloud), target, comments=lines, extra=columns, overwrite=overwrite)
     if fitted is not None and script is not None:
         with writing(script) as partial:
             write(fitted, partial)
@@ -167,6 +170,16 @@ def annotate_file(
         highest=float(values.max()),
         colored=colored,
     )
+
+
+def _binary(cloud: Cloud) -> Cloud:
+    """Return the cloud such that it is written in binary.
+
+    MeshLab's reader of text rounds the last digit of a coordinate differently from everyone else.
+    """
+    if isinstance(cloud.records, PlyRecords) and not cloud.records.header.order:
+        return replace(cloud, records=None)
+    return cloud
 
 
 def _colors(ranking: Ranking) -> tuple[str, npt.NDArray[np.uint8]]:

@@ -11,6 +11,7 @@ import pytest
 import meshlab_filter as mf
 from meshlab_filter import mlx, presets
 from meshlab_filter.annotation import annotate_file
+from meshlab_filter.bridge.session import import_pymeshlab
 from meshlab_filter.errors import InvalidParameterError, OutputError, PresetError
 from meshlab_filter.explain import explain
 from meshlab_filter.files import simplify_file
@@ -197,6 +198,19 @@ def test_annotate_keeps_colours_and_normals(tmp_path):
         npt.assert_array_equal(vertices(tmp_path / "a.ply")[name], rows[name])
     assert annotate_file(path, tmp_path / "b.ply", color=True).colored == "entropy"
     assert (vertices(tmp_path / "b.ply")["red"] != rows["red"]).any()
+
+
+def test_annotated_clouds_are_binary(tmp_path):
+    """MeshLab reads every coordinate as this package does, whatever the scan is written in."""
+    points = np.random.default_rng(2).random((300, 3)).astype("f4")
+    head = "ply\nformat ascii 1.0\nelement vertex 300\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header"
+    np.savetxt(tmp_path / "scan.ply", points, fmt="%.6g", header=head, comments="")
+    annotate_file(tmp_path / "scan.ply", tmp_path / "annotated.ply")
+    meshset = import_pymeshlab().MeshSet(verbose=False)
+    meshset.load_new_mesh(str(tmp_path / "annotated.ply"))
+    expected = mf.read_cloud(tmp_path / "scan.ply").points
+    npt.assert_array_equal(meshset.current_mesh().vertex_matrix(), expected)
 
 
 def test_annotate_twice_is_the_same(scan, tmp_path):
