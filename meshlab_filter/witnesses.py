@@ -10,15 +10,16 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 
-from .validation import FloatArray
+from .validation import FloatArray, IntArray
 
 # Barycentric coordinates may be this much below zero: points half-way between two others, as
 # subdivided meshes have by the thousand, must fall inside one of the two triangles.
-_ON_EDGE = 1e-9
-# A triangle of less area than this, over the squared distance of its farthest corner, is a line:
-# its barycentric coordinates would be rounding noise.
-_THINNEST = 1e-7
+_ON_EDGE = 1e-5
+# A triangle of less area than this, over the squared distance of the farthest neighbour, is a
+# line: its barycentric coordinates would be rounding noise.
+_THINNEST = 1e-5
 # A segment between neighbours longer than this many nearest distances bridges a gap, not a border.
 _LONGEST_SEGMENT = 8.0
 
@@ -119,33 +120,47 @@ class Witnesses:
         self, a: FloatArray, b: FloatArray, h: FloatArray, flat2: FloatArray
     ) -> FloatArray:
         """Distance to the plane of the local Delaunay triangle, infinite where there is none."""
-        first, second = self._first, self._second
-        cross = a[first] * b[second] - b[first] * a[second]
+        corners, found = self._local_delaunay(a, b, flat2)
+        column = np.arange(a.shape[1])
+        (ai, aj, ak), (bi, bj, bk), (hi, hj, hk) = (m[corners, column] for m in (a, b, h))
+        # Twice the signed areas that the witness makes with each side are its barycentric weights.
+        wi, wj, wk = aj * bk - bj * ak, ak * bi - bk * ai, ai * bj - bi * aj
+        area = wi + wj + wk
+        nx = (bj - bi) * (hk - hi) - (hj - hi) * (bk - bi)
+        ny = (hj - hi) * (ak - ai) - (aj - ai) * (hk - hi)
+        # The height over the tangent plane is over the area; the normal's third part is the area.
+        gap = np.abs(wi * hi + wj * hj + wk * hk) / np.sqrt(nx * nx + ny * ny + area * area)
+        gap[~found] = np.inf
+        return np.asarray(gap)
+
+    def _local_delaunay(
+        self, a: FloatArray, b: FloatArray, flat2: FloatArray
+    ) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+        """Corners, shape (3, n), of the triangle about each witness, and whether there is one.
+
+        Single precision and the largest distance as unit: only which triangle it is, is asked.
+        """
+        unit = 1.0 / np.sqrt(np.maximum(flat2.max(axis=0), np.finfo(float).tiny))
+        x, y = (a * unit).astype(np.float32), (b * unit).astype(np.float32)
+        r2 = x * x + y * y
+        cross = x[self._first] * y[self._second] - y[self._first] * x[self._second]
         jk, ik, ij = self._opposite
         i, j, k = self._corners
-        bi, bj, bk = cross[jk], -cross[ik], cross[ij]
-        area = bi + bj + bk
-        np.divide(bi, area, out=bi)
-        np.divide(bj, area, out=bj)
-        np.divide(bk, area, out=bk)
-        inside = np.minimum(np.minimum(bi, bj), bk) >= -_ON_EDGE
-        inside &= np.abs(area) > _THINNEST * flat2.max(axis=0)
-        lift = bi * flat2[i] + bj * flat2[j] + bk * flat2[k]
-        lift[~inside] = np.inf
-        best = lift.argmin(axis=0)
-        column = np.arange(a.shape[1])
-        ci, cj, ck = i[best], j[best], k[best]
-        height = (
-            bi[best, column] * h[ci, column]
-            + bj[best, column] * h[cj, column]
-            + bk[best, column] * h[ck, column]
-        )
-        ax, ay, az = (m[cj, column] - m[ci, column] for m in (a, b, h))
-        bx, by, bz = (m[ck, column] - m[ci, column] for m in (a, b, h))
-        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        gap = np.abs(height * nz) / np.sqrt(nx * nx + ny * ny + nz * nz)
-        gap[~inside.any(axis=0)] = np.inf
-        return np.asarray(gap)
+        wi, wj, wk = cross[jk], -cross[ik], cross[ij]
+        area = wi + wj + wk
+        wi /= area
+        wj /= area
+        wk /= area
+        inside = np.minimum(np.minimum(wi, wj), wk) >= -_ON_EDGE
+        inside &= np.abs(area) > _THINNEST
+        wi *= r2[i]
+        wj *= r2[j]
+        wk *= r2[k]
+        wi += wj
+        wi += wk
+        wi[~inside] = np.inf
+        best = wi.argmin(axis=0)
+        return self._corners[:, best], inside[best, np.arange(len(best))]
 
     def _segment_gap(self, d: FloatArray, nearest2: FloatArray) -> FloatArray:
         """Distance to the nearest segment between two neighbours that is not too long."""

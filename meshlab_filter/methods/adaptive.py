@@ -21,9 +21,9 @@ from ..validation import FloatArray, IntArray, check_integer, check_number, chec
 from ..witnesses import Witnesses
 from .ranking import Ranking
 
-_NEIGHBOURS = 6
+_NEIGHBOURS = 8
 # Witnesses estimated at a time: their arrays stay in a core's cache.
-_CHUNK = 1024
+_CHUNK = 512
 # The points of a round: among the lowest fifth of the costs, and at most a tenth of what is left.
 _CANDIDATES = 5
 _LARGEST_ROUND = 10
@@ -175,6 +175,7 @@ class _Decimation:
         self.alive = self.hood.alive
         self.witnesses = Witnesses(_NEIGHBOURS)
         self.owner = np.arange(size)
+        self.gap = np.empty(size)
         self.error = np.empty(size)
         self.before2 = np.zeros(size)
         self.spacing2 = np.empty(size)
@@ -199,6 +200,7 @@ class _Decimation:
                 self.columns[:, self.hood.nearest[owner].T],
                 self.spacing2[owner],
             )
+            self.gap[x] = gap
             self.error[x] = gap + self.crease_safety * crease
 
         for _ in self.pool.map(measure, range(0, len(rows), _CHUNK)):
@@ -214,10 +216,6 @@ class _Decimation:
         rise *= rise
         rise -= self.before2
         cost = np.bincount(self.owner, weights=rise, minlength=len(alive))[alive]
-        # Detail finer than the ball is lost to ball pivoting, which has one radius for all points
-        # and skips what lies closer in a hollow: where it is crowded, points count for less.
-        own2 = self.spacing2[alive]
-        cost *= np.minimum(own2 / max(float(np.median(own2)), _TINY), 1.0)
         step = np.floor(_STEPS_PER_E_FOLD * np.log(np.maximum(cost, _TINY)))
         queue = np.full(len(alive), np.iinfo(np.int64).max)
         queue[alive] = step.astype(np.int64) * len(alive) + self.lottery[alive]
@@ -255,7 +253,7 @@ class _Decimation:
         heirs = self.hood.nearest[self.owner[orphans]]
         d = self.points[heirs] - self.points[orphans, None, :]
         nearest = np.einsum("ijk,ijk->ij", d, d).argmin(axis=1)
-        self.before2[orphans] = self.error[orphans] ** 2
+        self.before2[orphans] = self.gap[orphans] ** 2
         self.owner[orphans] = heirs[np.arange(len(orphans)), nearest]
         changed = self.hood.remove(victims)
         self._measure_spacing(changed)
