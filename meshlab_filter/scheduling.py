@@ -75,12 +75,11 @@ def lost_scheduler() -> Iterator[None]:
             "Workers died again and again on the same tile, mostly for want of memory; take more "
             f"tiles or fewer workers. Given: {error.args[0]}."
         ) from error
-    except (
-        OSError,
-        TimeoutError,
-        CancelledError,
-        distributed.client.FutureCancelledError,
-    ) as error:
+    except MemoryError as error:
+        raise SchedulerError(
+            "A tile did not fit into a worker's memory; take more tiles."
+        ) from error
+    except (OSError, TimeoutError, CancelledError) as error:
         raise SchedulerError(
             "The Dask scheduler went away; start the command again to go on with the finished "
             f"tiles. Given: {type(error).__name__}."

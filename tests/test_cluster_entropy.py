@@ -31,6 +31,19 @@ def test_algorithm_1():
     assert result.info["missed"] == 0
 
 
+@pytest.mark.parametrize("init", ["random", "k-means++", "spread"])
+def test_cores_do_not_show(init, monkeypatch):
+    """One thread and several give the same bytes."""
+    points = sphere(20_000)
+    results = []
+    for cores in (1, 2, 5):
+        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
+        results.append(rank(points, delete=50, init=init, max_iter=20))
+    for other in results[1:]:
+        assert other.rank.tobytes() == results[0].rank.tobytes()
+        assert other.entropy.tobytes() == results[0].entropy.tobytes()
+
+
 def test_ranks_order_the_entropies():
     """Every point has its cluster's place in ascending order of entropy."""
     result = rank(sphere(1000), delete=1)
