@@ -141,6 +141,15 @@ def test_no_layers():
         apply_preset(meshset, FilterScript((Filter("Duplicate Current layer"),)))
 
 
+def test_script_that_makes_its_first_layer():
+    """A script that begins by creating a mesh needs no layer; one that leaves none is no crash."""
+    meshset = import_pymeshlab().MeshSet(verbose=False)
+    figures = apply_preset(meshset, FilterScript((Filter("Tetrahedron"),)))
+    assert figures == {"vertices_before": 0, "vertices_after": 4, "faces": 4}
+    figures = apply_preset(meshset, FilterScript((Filter("Delete Current Mesh"),)))
+    assert figures == {"vertices_before": 4, "vertices_after": 0, "faces": 0}
+
+
 def test_cut_that_leaves_nothing(meshset):
     """A cut above the highest rank is refused before anything is deleted."""
     with pytest.raises(PresetError, match=r"goes up to 29.*deletes all 600 vertices"):

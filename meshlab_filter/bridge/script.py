@@ -76,7 +76,8 @@ def apply_preset(
     copy is ranked and gets the rank as quality; the script's layer 0 is this copy and its layers
     1, 2, … are those that its filters make. The user's layer stays as it was. Without the
     instruction the filters run as they stand, on the layers that are there. Everything is checked
-    before the first filter runs.
+    before the first filter runs; one thing cannot be: a condition on a layer of yours that had a
+    custom attribute before it came into the MeshSet crashes MeshLab, with or without this package.
 
     Parameters
     ----------
@@ -113,9 +114,11 @@ def apply_preset(
     (2562, True, 128)
     """
     script = open_script(preset)
-    check_layer(meshset)
-    before = meshset.current_mesh().vertex_number()
-    figures: dict[str, Any] = {"vertices_before": before}
+    figures: dict[str, Any] = {"vertices_before": 0}
+    if script.instruction is not None:
+        check_layer(meshset)
+    if meshset.mesh_number() > 0:
+        figures["vertices_before"] = meshset.current_mesh().vertex_number()
     if script.instruction is None:
         check_script(meshset, script)
         result = run_script(meshset, script)
@@ -135,8 +138,9 @@ def apply_preset(
         check_ranked(meshset, script)
         result = run_script(meshset, script, relative=True)
         figures["clusters"] = None if ranking.entropy is None else len(ranking.entropy)
-    figures["vertices_after"] = meshset.current_mesh().vertex_number()
-    figures["faces"] = meshset.current_mesh().face_number()
+    left = meshset.mesh_number() > 0
+    figures["vertices_after"] = meshset.current_mesh().vertex_number() if left else 0
+    figures["faces"] = meshset.current_mesh().face_number() if left else 0
     return figures | (result.hausdorff or {})
 
 
@@ -209,8 +213,10 @@ def run_script(
         If a filter fails.
     """
     names = available()
-    run = ScriptRun(indices=np.arange(meshset.current_mesh().vertex_number()))
-    layers = [meshset.current_mesh_id()]
+    run, layers = ScriptRun(), []
+    if meshset.mesh_number() > 0:
+        run.indices = np.arange(meshset.current_mesh().vertex_number())
+        layers.append(meshset.current_mesh_id())
     for number, filter_ in enumerate(script):
         if progress is not None:
             progress(filter_.name, number / len(script.filters))
@@ -271,6 +277,8 @@ def _follow(
     meshset: pymeshlab.MeshSet, python: str
 ) -> Callable[[pymeshlab.MeshSet, ScriptRun], None]:
     """Return a function that notes, after a filter, which vertices are left."""
+    if meshset.mesh_number() == 0:
+        return lambda after, run: None
     mesh = meshset.current_mesh()
     stays = ~mesh.vertex_selection_array() if python == DELETE else None
     watched = stays is None and python not in (*_KEEPS_VERTICES, DUPLICATE)
