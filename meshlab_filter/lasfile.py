@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import importlib
 import math
+import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from .cloud import Cloud
 from .errors import FileFormatError, InvalidParameterError
+from .lasheader import check_announced, check_chunks
 from .validation import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -47,6 +49,9 @@ def read_las(path: Path) -> Cloud:
     FileFormatError
         If the file is not LAS, is cut short, or laspy is not installed.
     """
+    check_announced(path)
+    with las_errors(path):
+        check_chunks(path)
     with las_errors(path), import_laspy().open(str(path)) as reader:
         data = reader.read()
         announced = reader.header.point_count
@@ -179,6 +184,7 @@ def las_errors(path: Path) -> Iterator[None]:
     laspy = import_laspy()
     broken: tuple[type[BaseException], ...] = (
         laspy.errors.LaspyException, ValueError, KeyError, IndexError, EOFError, AssertionError,
+        ArithmeticError, TypeError, AttributeError, struct.error,
     )  # fmt: skip
     with suppress(ImportError):
         broken = (*broken, importlib.import_module("lazrs").LazrsError)
@@ -186,7 +192,10 @@ def las_errors(path: Path) -> Iterator[None]:
         yield
     except FileFormatError:
         raise
-    except broken as error:
+    except BaseException as error:
+        # A failed assertion in the decompressor is a PanicException, which is no Exception.
+        if not isinstance(error, broken) and type(error).__name__ != "PanicException":
+            raise
         reason = str(error).partition("\n")[0].rstrip(".") or type(error).__name__
         raise FileFormatError(f"Not a whole LAS file ({reason}). Given: {path}.") from error
 

@@ -41,6 +41,11 @@ MEMORY, MEMORY_A_BYTE = 2**30, 200
 class MeshReader:
     """A process that reads files through MeshLab, one after the other; it is restarted if it dies.
 
+    Parameters
+    ----------
+    seconds : float
+        What an empty file may take; ``SECONDS_A_BYTE`` is added for each byte.
+
     Examples
     --------
     >>> from meshlab_filter.bridge.samples import sample_mesh
@@ -50,7 +55,8 @@ class MeshReader:
     ((28088, 3), (56172, 3))
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, seconds: float = SECONDS) -> None:
+        self._base = seconds
         self._child: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> MeshReader:
@@ -88,16 +94,17 @@ class MeshReader:
         child = self._started()
         assert child.stdin is not None
         assert child.stdout is not None
+        seconds = self._base + SECONDS_A_BYTE * path.stat().st_size
         begun = time.monotonic()
         try:
-            child.stdin.write(json.dumps(os.fspath(path)).encode() + b"\n")
+            child.stdin.write(json.dumps([os.fspath(path), seconds]).encode() + b"\n")
             child.stdin.flush()
             return _receive(child.stdout)
         except (BrokenPipeError, EOFError) as error:
             code = child.wait()
             self._child = None
-            if time.monotonic() - begun >= _seconds(path):
-                what = f"MeshLab was not done with the file after {_seconds(path):.0f} s"
+            if time.monotonic() - begun >= seconds:
+                what = f"MeshLab was not done with the file after {seconds:.0f} s"
             else:
                 what = f"MeshLab crashed on the file ({_ending(code)})"
             raise FileFormatError(f"{what}; it may be damaged. Given: {path}.") from error
@@ -133,9 +140,10 @@ def serve() -> None:
         os.dup2(sink.fileno(), 1)
     with suppress(BrokenPipeError):
         for line in sys.stdin.buffer:
-            path = Path(json.loads(line))
+            name, seconds = json.loads(line)
+            path = Path(name)
             try:
-                _send(answers, arrays=_read(path))
+                _send(answers, arrays=_read(path, seconds))
             except MeshlabFilterError as error:
                 _send(answers, error=error)
             except MemoryError:
@@ -147,13 +155,13 @@ def serve() -> None:
     os._exit(0)
 
 
-def _read(path: Path) -> dict[str, npt.NDArray[Any]]:
+def _read(path: Path, seconds: float) -> dict[str, npt.NDArray[Any]]:
     """Read a file in this process, within its limits of time and memory."""
     meshset = import_pymeshlab().MeshSet(verbose=True)
     _limit_memory(MEMORY + MEMORY_A_BYTE * path.stat().st_size)
     # A thread of the interpreter ends the process even if native code never comes back.
     with open(os.devnull, "w") as sink:
-        faulthandler.dump_traceback_later(_seconds(path), exit=True, file=sink)
+        faulthandler.dump_traceback_later(seconds, exit=True, file=sink)
         try:
             log = _logged(lambda: load(meshset, path))
             if meshset.mesh_number() != 1:
@@ -238,10 +246,6 @@ def _limit_memory(more: int) -> None:
         if hard != resource.RLIM_INFINITY:
             limit = min(limit, hard)
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
-
-
-def _seconds(path: Path) -> float:
-    return SECONDS + SECONDS_A_BYTE * path.stat().st_size
 
 
 def _ending(code: int) -> str:
