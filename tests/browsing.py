@@ -18,8 +18,11 @@ FLAGS = (
 
 
 @contextmanager
-def browser(profile: Path, *, width: int = 1400, height: int = 1000) -> Iterator:
-    """Start Chromium with an empty profile and software WebGL, or skip where it is absent."""
+def browser(profile: Path, *flags: str, width: int = 1400, height: int = 1000) -> Iterator:
+    """Start Chromium with an empty profile and software WebGL, or skip where it is absent.
+
+    Further flags can be given.
+    """
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     driver_path = shutil.which("chromedriver")
@@ -27,7 +30,7 @@ def browser(profile: Path, *, width: int = 1400, height: int = 1000) -> Iterator
         pytest.skip("no chromium with chromedriver on this machine")
     options = webdriver.ChromeOptions()
     options.binary_location = chromium
-    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}"):
+    for flag in (*FLAGS, *flags, f"--user-data-dir={profile}", f"--window-size={width},{height}"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver_path))

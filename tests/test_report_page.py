@@ -61,7 +61,9 @@ def settle(driver):
     driver.set_script_timeout(120)
     driver.execute_async_script(
         "const done = arguments[0];"
-        "setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 400);"
+        "const wait = () => setTimeout(() => moving || busy.size ? wait() :"
+        " requestAnimationFrame(() => requestAnimationFrame(done)), 400);"
+        "wait();"
     )
 
 
@@ -235,3 +237,12 @@ def test_sweep_page_draws_its_curve(tmp_path):
         assert driver.execute_script("return document.documentElement.scrollWidth") <= 390
         assert requests(driver) == []
         assert complaints(driver) == []
+
+
+def test_without_webgl_the_rest_is_there(page_path, tmp_path):
+    """A browser that cannot draw the views is told so, and has the histograms and figures."""
+    with browser(tmp_path / "profile", "--disable-3d-apis") as driver:
+        open_page(driver, page_path)
+        assert driver.find_element(By.ID, "no-webgl").is_displayed()
+        assert len(driver.find_elements(By.CSS_SELECTOR, ".histogram .barlayer")) == 4
+        assert views(driver) == []
