@@ -16,7 +16,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 #: Commands that set up a machine or are somebody else's: shown, not run.
-NOT_OURS = {"python", "apt-get", "git", "cd", "meshlabserver", "pip"}
+NOT_OURS = {"python", "apt-get", "git", "cd", "meshlabserver", "xvfb-run", "pip"}
 
 pytestmark = pytest.mark.slow
 
@@ -42,9 +42,11 @@ def snippets(page):
 
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory):
-    """Write the bunny of pymeshlab's wheel as scan.ply and big.laz."""
+    """Write what a reader has: the bunny as scan.ply and big.laz, and two filter scripts."""
     import laspy
     import pymeshlab
+
+    from meshlab_filter.presets import find
 
     from meshlab_filter.bridge.samples import sample_mesh
 
@@ -56,6 +58,11 @@ def scans(tmp_path_factory):
     las.header.scales = [1e-5, 1e-5, 1e-5]
     las.x, las.y, las.z = meshset.current_mesh().vertex_matrix().T
     las.write(str(folder / "big.laz"))
+    script = find("bunny").read_text(encoding="utf-8")
+    (folder / "my.mlx").write_text(script, encoding="utf-8")
+    # MeshLab keeps the filters and drops the rest.
+    saved = re.sub(r"<\?meshlab-filter.*?\?>|<!--.*?-->", "", script, flags=re.DOTALL)
+    (folder / "saved-by-meshlab.mlx").write_text(saved, encoding="utf-8")
     return folder
 
 
@@ -67,6 +74,11 @@ def run(command, folder):
         check=False,
     )  # fmt: skip
     return done.returncode, done.stdout + done.stderr
+
+
+def glob(word, folder):
+    """Return the names that a word with a star stands for, as a shell does."""
+    return sorted(path.name for path in folder.glob(word)) if word.startswith("*.") else [word]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -87,6 +99,7 @@ def test_snippets_run(page, scans, tmp_path):
             if not words or "tcp://host:8786" in words:
                 continue
             if words[0] == "meshlab-filter":
+                words = [name for word in words for name in glob(word, tmp_path)]
                 code, output = run([sys.executable, "-m", "meshlab_filter", *words[1:]], tmp_path)
                 if code:
                     failures.append(f"{where}\n{line}\n{output}")
