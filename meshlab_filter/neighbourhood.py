@@ -9,6 +9,8 @@ from .validation import FloatArray, IntArray
 
 # Neighbours searched ahead: a point is searched for again only once all but k of these are gone.
 _AHEAD = 16
+# Points searched for at a time: a search needs far more memory than the lists it fills.
+_BLOCK = 1 << 15
 
 
 class Neighbourhood:
@@ -61,16 +63,18 @@ class Neighbourhood:
 
         if not len(rows):
             return
-        left = np.flatnonzero(self.alive)
+        left = np.flatnonzero(self.alive).astype(np.int32)
         width = min(self._ahead.shape[1], len(left) - 1)
         tree = cKDTree(self.points[left], compact_nodes=False, balanced_tree=False)
-        _, found = tree.query(self.points[rows], k=width + 1, workers=-1)
-        found = left[found]
-        # A point comes first in its own list, but for duplicates, where it may come anywhere or
-        # not at all: then the last is dropped.
-        other = found != rows[:, None]
-        other[other.all(axis=1), -1] = False
-        found = found[other].reshape(len(rows), width)
-        self._ahead[rows, :width] = found
-        self._ahead[rows, width:] = -1
-        self.nearest[rows] = found[:, : self.k]
+        for start in range(0, len(rows), _BLOCK):
+            block = rows[start : start + _BLOCK]
+            _, found = tree.query(self.points[block], k=width + 1, workers=-1)
+            found = left[found]
+            # A point comes first in its own list, but for duplicates, where it may come anywhere
+            # or not at all: then the last is dropped.
+            other = found != block[:, None]
+            other[other.all(axis=1), -1] = False
+            found = found[other].reshape(len(block), width)
+            self._ahead[block, :width] = found
+            self._ahead[block, width:] = -1
+            self.nearest[block] = found[:, : self.k]

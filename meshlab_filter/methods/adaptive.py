@@ -184,8 +184,11 @@ class _Decimation:
         self._measure_errors(self.stale)
 
     def _measure_spacing(self, rows: IntArray) -> None:
-        d = self.points[self.hood.nearest[rows]] - self.points[rows, None, :]
-        self.spacing2[rows] = np.einsum("ijk,ijk->i", d, d) / _NEIGHBOURS
+        total = np.zeros(len(rows))
+        for nearest in self.hood.nearest[rows].T:
+            d = self.points[nearest] - self.points[rows]
+            total += np.einsum("ij,ij->i", d, d)
+        self.spacing2[rows] = total / _NEIGHBOURS
 
     def _measure_errors(self, owners: npt.NDArray[np.bool_]) -> None:
         """Estimate the error of the witnesses of these owners, in chunks over all cores."""
