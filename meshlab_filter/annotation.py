@@ -22,7 +22,7 @@ from .plycloud import PlyRecords
 from .presets import open_script
 from .provenance import comments, fingerprint, versions
 from .quality import median_spacing
-from .recipe import Recipe
+from .recipe import QUALITIES, Recipe
 from .steps import cut_of, fit
 from .stopwatch import Stopwatch
 from .validation import FloatArray
@@ -141,7 +141,7 @@ def annotate_file(
             "versions": versions(),
         }
     )
-    lines.append(f"quality is the {recipe.quality} of the point, low goes first")
+    lines.append(f"quality is the {QUALITIES[recipe.quality]} of the point, low goes first")
     if colored:
         lines.append(f"colour is the {colored}, dark is low")
     fitted = None

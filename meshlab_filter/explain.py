@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .mlx import Filter, FilterScript, Param, format_number
-from .recipe import Recipe
+from .recipe import QUALITIES, Recipe
 
 # What the filters of the presets do with their parameters; any other filter's are listed.
 _SENTENCES = {
@@ -52,7 +52,7 @@ def explain(script: FilterScript) -> list[str]:
         own = [f"{name} {text}" for name, text in recipe.instruction().options.items()
                if name not in ("method", "quality")]  # fmt: skip
         lines.append(
-            f"   rank: {', '.join([recipe.method, *own])}; quality is the {recipe.quality}"
+            f"   rank: {', '.join([recipe.method, *own])}; quality is the {QUALITIES[recipe.quality]}"
         )
     else:
         lines.append("   no instruction <?meshlab-filter …?>: the filters run as they stand")

@@ -19,8 +19,8 @@ from .mlx import Instruction, format_number
 from .simplification import CLUSTER_METHOD, check_cloud
 from .validation import FloatArray, check_choice, check_integer
 
-#: What the quality of a vertex holds: the rank itself, or its place in per cent of all ranks.
-QUALITIES = ("rank", "percent")
+#: What the quality of a vertex holds, the rank itself or its place among all ranks, in words.
+QUALITIES = {"rank": "rank", "percent": "rank in per cent"}
 
 #: Whose normals a method gets: the layer's, which MeshLab estimates where there are none; or those
 #: of the file, and where it has none, the method's own estimate.
@@ -96,7 +96,9 @@ class Recipe:
                 parameters={name: _value(method, name, text) for name, text in options.items()},
                 count=_integer("count", own["count"]) if "count" in own else None,
                 seed=_integer("seed", own.get("seed", "0")),
-                quality=check_choice(own.get("quality", "rank"), name="quality", choices=QUALITIES),
+                quality=check_choice(
+                    own.get("quality", "rank"), name="quality", choices=tuple(QUALITIES)
+                ),
                 center=_flag(own, "center"),
                 fit=_flag(own, "fit"),
                 normals=check_choice(own.get("normals", "layer"), name="normals", choices=NORMALS),
