@@ -51,9 +51,8 @@ def explain(script: FilterScript) -> list[str]:
         recipe = Recipe.of(script.instruction, source=script.source)
         own = [f"{name} {text}" for name, text in recipe.instruction().options.items()
                if name not in ("method", "quality")]  # fmt: skip
-        lines.append(
-            f"   rank: {', '.join([recipe.method, *own])}; quality is the {QUALITIES[recipe.quality]}"
-        )
+        quality = QUALITIES[recipe.quality]
+        lines.append(f"   rank: {', '.join([recipe.method, *own])}; quality is the {quality}")
     else:
         lines.append("   no instruction <?meshlab-filter …?>: the filters run as they stand")
     for number, filter_ in enumerate(script, start=1):
