@@ -46,9 +46,8 @@ def scans(tmp_path_factory):
     import laspy
     import pymeshlab
 
-    from meshlab_filter.presets import find
-
     from meshlab_filter.bridge.samples import sample_mesh
+    from meshlab_filter.presets import find
 
     folder = tmp_path_factory.mktemp("scans")
     meshset = pymeshlab.MeshSet(verbose=False)
