@@ -145,6 +145,13 @@ def test_the_map_of_modules_is_of_modules_that_exist():
         assert any(place.exists() for place in places), name
 
 
+def test_every_module_is_on_the_map():
+    """CONTRIBUTING.md says of each module what it is for."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    for path in (ROOT / "meshlab_filter").glob("*.py"):
+        assert f"`{path.name}`" in text or path.name in ("__init__.py", "_version.py"), path.name
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """Build the site, every warning an error."""
