@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from .checks import check_integer, check_number
 from .errors import InvalidParameterError
-from .validation import check_integer, check_number
 
 
 def parse_amount(text: str, *, name: str) -> int | float:
