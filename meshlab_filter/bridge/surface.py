@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+import numpy.typing as npt
+
 from ..errors import InvalidCloudError, InvalidParameterError
-from ..quality import median_spacing
+from ..quality import median_spacing, regularity
 from ..validation import check_choice
 from .layer import current_normals, current_points
 from .session import import_pymeshlab, stage
@@ -21,6 +24,9 @@ THROUGH_POINTS = ("ball-pivoting", "ball-pivoting-auto")
 
 #: Radii of the ball-pivoting passes, in median spacings of the points.
 PASSES = (1.0, 1.5, 2.5, 4.0)
+# Among points this irregular a ball of one spacing falls through so often that, in large clouds,
+# MeshLab spends nearly all its time searching the edges left open: the square of their number.
+_IRREGULAR, _MANY = 0.55, 20_000
 
 
 def compute_normals(meshset: pymeshlab.MeshSet, *, neighbours: int = 12) -> bool:
@@ -46,11 +52,35 @@ def compute_normals(meshset: pymeshlab.MeshSet, *, neighbours: int = 12) -> bool
     return True
 
 
+def pass_factors(points: npt.ArrayLike) -> tuple[float, ...]:
+    """Return the radii of ball-pivoting passes that suit the points, in median spacings.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 3)
+        In any unit of length.
+
+    Returns
+    -------
+    tuple of float
+        ``PASSES``, without the first in clouds of more than 20 000 points as irregular as if
+        thrown at random (:func:`meshlab_filter.quality.regularity` below 0.55). Scans are not.
+
+    Examples
+    --------
+    >>> pass_factors([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    (1.0, 1.5, 2.5, 4.0)
+    """
+    if np.shape(points)[0] > _MANY and regularity(points) < _IRREGULAR:
+        return PASSES[1:]
+    return PASSES
+
+
 def reconstruct(
     meshset: pymeshlab.MeshSet,
     *,
     surface: str = "ball-pivoting",
-    passes: Sequence[float] = PASSES,
+    passes: Sequence[float] | None = None,
 ) -> dict[str, object]:
     """Build a surface through the vertices of the current layer.
 
@@ -65,7 +95,8 @@ def reconstruct(
         automatic radius, as in the paper. "screened-poisson": a closed surface that need not pass
         through the points. "none": nothing is done.
     passes : sequence of float
-        Radii in units of the median spacing of the points, for "ball-pivoting".
+        Radii in units of the median spacing of the points, for "ball-pivoting"; by default those
+        of :func:`pass_factors`.
 
     Returns
     -------
@@ -104,6 +135,7 @@ def reconstruct(
                 ballradius=pure(0), clustering=20, creasethr=90, deletefaces=False
             )
         else:
+            passes = pass_factors(points) if passes is None else passes
             if not passes or min(passes) <= 0:
                 raise InvalidParameterError(
                     f"Invalid passes. Must be positive radii. Given: {list(passes)}."
