@@ -137,6 +137,16 @@ def test_any_method_runs_by_name(scan, tmp_path):
     assert "method shi2011" in done.stdout
 
 
+def test_annotate_by_method(scan, tmp_path):
+    """Ranks of the adaptive method: each point its own; the two ways to say it contradict."""
+    target = tmp_path / "annotated.ply"
+    done = cli("annotate", scan, target, "--method", "adaptive")
+    assert done.returncode == 0, done.stderr
+    quality = plyfile.PlyData.read(str(target))["vertex"]["quality"]
+    assert len(np.unique(quality)) == 500
+    assert cli("annotate", scan, target, "--method", "adaptive", "-p", "bunny").returncode == 2
+
+
 def test_tiles_of_a_las_file(scan, tmp_path):
     """Tile by tile to an exact count; options that need tiles say so."""
     source, target = tmp_path / "scan.las", tmp_path / "thin.las"

@@ -6,13 +6,18 @@ from pathlib import Path
 
 import click
 
+#: The preset for any cloud, by the method it ranks with.
+PRESET_OF = {"adaptive": "adaptive", "cluster-entropy": "default"}
+
 
 @click.command("annotate")
 @click.argument("source", type=click.Path(path_type=Path), metavar="SCAN")
 @click.argument("target", type=click.Path(path_type=Path), metavar="ANNOTATED")
-@click.option("--preset", "-p", default="default", show_default=True, metavar="NAME|FILE",
+@click.option("--preset", "-p", metavar="NAME|FILE",
               help="A preset, or a filter script with its own <?meshlab-filter …?>: it says how "
-              "to rank.")  # fmt: skip
+              "to rank. Default: default, the rule of the paper.")  # fmt: skip
+@click.option("--method", type=click.Choice(list(PRESET_OF)),
+              help="Instead: the method, as the preset for any cloud has it.")  # fmt: skip
 @click.option("--fit", "script", type=click.Path(path_type=Path), metavar="FILE.mlx",
               help="Also write a copy of the preset with the ball radii and the cut-off of the "
               "errors computed for this cloud.")  # fmt: skip
@@ -25,7 +30,8 @@ import click
 def command(
     source: Path,
     target: Path,
-    preset: str,
+    preset: str | None,
+    method: str | None,
     script: Path | None,
     color: bool | None,
     seed: int | None,
@@ -40,9 +46,12 @@ def command(
     another level of detail, with nothing computed again.
 
     \b
-    Example:
+    Examples:
       meshlab-filter annotate scan.ply annotated.ply --preset bunny --fit annotated.mlx
+      meshlab-filter annotate scan.ply annotated.ply --method adaptive
     """  # noqa: D301 (click wants the escape itself)
+    if preset is not None and method is not None:
+        raise click.UsageError("--preset says the method; give one of --preset and --method.")
     from ..annotation import annotate_file
     from .console import progress, show
 
@@ -50,7 +59,7 @@ def command(
         done = annotate_file(
             source,
             target,
-            preset=preset,
+            preset=preset or PRESET_OF[method or "cluster-entropy"],
             script=script,
             color=color,
             seed=seed,
