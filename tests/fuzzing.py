@@ -172,7 +172,7 @@ def _whole_mlx(points, triangles):
 
 
 def _reader(form):
-    """Return the function by which the product reads a format, and its kind of file."""
+    """Return the function by which the product reads a format, and one that ends its process."""
     if form == "mlx":
         import pymeshlab
 
@@ -183,7 +183,7 @@ def _reader(form):
         meshset = pymeshlab.MeshSet(verbose=False)
         points = np.random.default_rng(0).random((20, 3))
         add_layer(meshset, points, normals=points, quality=points[:, 0], colors=np.ones((20, 4)))
-        return lambda path: check_script(meshset, open_script(path))
+        return lambda path: check_script(meshset, open_script(path)), lambda: None
     from meshlab_filter.bridge.meshreader import MeshReader
     from meshlab_filter.cloud import read_cloud
     from meshlab_filter.textcloud import is_meshlab_points
@@ -191,8 +191,11 @@ def _reader(form):
     # As read_cloud does, but with one process for many files, and less patience.
     reader = MeshReader(seconds=3)
     if form in ("obj", "off", "stl"):
-        return reader.read
-    return lambda path: reader.read(path) if is_meshlab_points(path) else read_cloud(path)
+        return reader.read, reader.close
+    return (
+        lambda path: reader.read(path) if is_meshlab_points(path) else read_cloud(path),
+        reader.close,
+    )
 
 
 def main():
@@ -201,7 +204,7 @@ def main():
 
     form, count, seed = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     rng = np.random.default_rng(seed)
-    read, wholes = _reader(form), list(whole_files(form))
+    (read, close), wholes = _reader(form), list(whole_files(form))
     for packed in wholes:
         assert packed, form
     resource.setrlimit(resource.RLIMIT_AS, (4 * MEMORY, resource.RLIM_INFINITY))
@@ -233,7 +236,8 @@ def main():
                 raise
             faulthandler.cancel_dump_traceback_later()
             ended["slowest"] = max(ended["slowest"], time.monotonic() - begun)
-    # What the process with MeshLab took is in no account while it runs.
+    # What the process with MeshLab took is in no account before it has ended.
+    close()
     who = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     ended["memory"] = 1024 * max(resource.getrusage(each).ru_maxrss for each in who)
     print(json.dumps(ended))

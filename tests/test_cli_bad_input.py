@@ -42,6 +42,7 @@ BAD_FILES = {
     "unknown.foo": (b"1 2 3\n", "Unknown extension", 4),
     "two_numbers.obj": (b"v 1 2\n", "MeshLab cannot read the file", 4),
     "huge.off": (b"OFF\n1000000000000 0 0\n1 2 3\n", "MeshLab cannot read the file", 4),
+    "huge.stl": (bytes(80) + b"\xff\xff\xff\xff" + bytes(100), "cut short", 4),
     "word.stl": (b"solid\nnonsense\n", "MeshLab cannot read the file", 4),
     "none.ply": (PLY % (b"ascii", 0), "no points", 3),
     "one.xyz": (lines(CLOUD[:1]), "at least 3. Given: 1", 3),
