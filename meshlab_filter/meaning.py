@@ -13,8 +13,8 @@ ERRORS = {
     "cut at 1 %": "Points farther from the surface than 1 % of the diagonal are dropped before "
     "the mean and the maximum are taken, as in the paper's tables. A hole hides behind this: look "
     "at how many points were dropped.",
-    "floor": "The surface that MeshLab rebuilds through the untouched cloud. Rebuilding has an error "
-    "of its own, even when no point is taken away; what is above the floor is due to the "
+    "floor": "The surface that MeshLab rebuilds through the untouched cloud. Rebuilding has an "
+    "error of its own, even when no point is taken away; what is above the floor is due to the "
     "simplification.",
     "floor, cut": "The floor, with points beyond 1 % of the diagonal dropped.",
 }
