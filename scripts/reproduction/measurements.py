@@ -14,7 +14,7 @@ import pymeshlab
 
 from meshlab_filter.bridge.distance import distances
 from meshlab_filter.bridge.layer import add_layer
-from meshlab_filter.bridge.surface import reconstruct
+from meshlab_filter.bridge.surface import PASSES, reconstruct
 from meshlab_filter.methods import cluster_entropy
 from meshlab_filter.methods.registry import METHODS
 from meshlab_filter.quality import (
@@ -51,7 +51,8 @@ def measure(cloud: Cloud, kept: np.ndarray, surface: str, *, scene: bool = False
     meshset = pymeshlab.MeshSet(verbose=False)
     add_layer(meshset, cloud.points)
     add_layer(meshset, cloud.points[kept], normals=cloud.normals[kept])
-    reconstruct(meshset, surface=SURFACES[surface])
+    # The same passes for every method, whatever its points look like.
+    reconstruct(meshset, surface=SURFACES[surface], passes=PASSES)
     faces = meshset.current_mesh().face_matrix()
     found = distances(meshset, 0, 1)
     shape = compactness(cloud.points[kept], faces)
