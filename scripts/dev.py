@@ -6,7 +6,7 @@ calls use it as it is, until ``pyproject.toml`` changes. Nothing outside the fol
     python scripts/dev.py demo          run the demo
     python scripts/dev.py test          the quick tests and the doctests (under three minutes)
     python scripts/dev.py test --slow   the slow ones, which the quick tests leave out
-    python scripts/dev.py check         lint, format, types
+    python scripts/dev.py check         lint, format, types, security
     python scripts/dev.py run CMD …     any command inside the environment
 """
 
@@ -73,6 +73,7 @@ def main(arguments: list[str]) -> None:
         run([python, "-m", "ruff", "check", "."])
         run([python, "-m", "ruff", "format", "--check", "."])
         run([python, "-m", "mypy"])
+        run([python, "-m", "bandit", "--quiet", "-c", "pyproject.toml", "-r", "meshlab_filter"])
     elif task == "run" and rest:
         install("develop")
         run(rest)
