@@ -98,9 +98,7 @@ class Witnesses:
         """
         d = around - witness[:, None, :]
         u, v = tangent_frames(normal)
-        a = (d * u[:, None, :]).sum(axis=0)
-        b = (d * v[:, None, :]).sum(axis=0)
-        h = (d * normal[:, None, :]).sum(axis=0)
+        a, b, h = (np.einsum("ckn,cn->kn", d, axis) for axis in (u, v, normal))
         flat2 = a * a + b * b
         dist2 = flat2 + h * h
         nearest2 = dist2.min(axis=0)

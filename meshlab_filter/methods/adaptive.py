@@ -24,6 +24,8 @@ from .ranking import Ranking
 _NEIGHBOURS = 8
 # Witnesses estimated at a time: their arrays stay in a core's cache.
 _CHUNK = 512
+# Points whose spacing is measured at a time, for the same reason.
+_BLOCK = 8192
 # The points of a round: among the lowest fifth of the costs, and at most a tenth of what is left.
 _CANDIDATES = 5
 _LARGEST_ROUND = 10
@@ -202,11 +204,10 @@ class _Decimation:
         self._measure_errors(self.stale)
 
     def _measure_spacing(self, rows: IntArray) -> None:
-        total = np.zeros(len(rows))
-        for nearest in self.hood.nearest[rows].T:
-            d = self.points[nearest] - self.points[rows]
-            total += np.einsum("ij,ij->i", d, d)
-        self.spacing2[rows] = total / _NEIGHBOURS
+        for start in range(0, len(rows), _BLOCK):
+            block = rows[start : start + _BLOCK]
+            d = self.points[self.hood.nearest[block]] - self.points[block, None, :]
+            self.spacing2[block] = np.einsum("ijk,ijk->i", d, d) / _NEIGHBOURS
 
     def _measure_errors(self, owners: npt.NDArray[np.bool_]) -> None:
         """Estimate the error of the witnesses of these owners, in chunks over all cores."""
