@@ -175,7 +175,9 @@ def section(rows: list[Row]) -> str:
             "",
             "Errors, covering radius and distance to a tangent-plane fit relative to ours "
             "(geometric mean; above 1 is worse than ours), sums of edges, geometric mean of the "
-            "seconds (without the search for a parameter) and the largest peak of memory.",
+            "seconds (without the search for a parameter) and the largest peak of memory. Fewer "
+            "cases, and a dash below, mean that a sampler was not run on a model. The seconds are "
+            "from a two-core machine with other work on it: they compare only roughly.",
             "",
             *over_cases(cases),
             "### Where a peer is better",
