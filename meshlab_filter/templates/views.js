@@ -123,14 +123,15 @@ async function follow(source, update) {
 }
 
 function listen(plot) {
-  const moved = (event) => {
+  const moved = (event, source) => {
     const update = event["scene.camera"];
     if (busy.has(plot) || !update) return;
     camera = polar(update.eye);
-    if (isLinked()) follow(plot, update);
+    if (isLinked()) follow(source, update);
   };
-  plot.on("plotly_relayouting", moved);
-  plot.on("plotly_relayout", moved);
+  plot.on("plotly_relayouting", (event) => moved(event, plot));
+  // A slow machine may turn on a little after the last word: in the end all take what was said.
+  plot.on("plotly_relayout", (event) => moved(event, null));
 }
 
 function point(only) {
