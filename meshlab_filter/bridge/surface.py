@@ -22,6 +22,10 @@ SURFACES = ("ball-pivoting", "ball-pivoting-auto", "screened-poisson", "none")
 #: Surfaces whose vertices are the points themselves.
 THROUGH_POINTS = ("ball-pivoting", "ball-pivoting-auto")
 
+#: The largest extent of a cloud, in median spacings: with points farther off MeshLab's distance
+#: filter does not come to an end.
+LARGEST_EXTENT = 1e9
+
 #: Radii of the ball-pivoting passes, in median spacings of the points.
 PASSES = (1.0, 1.5, 2.5, 4.0)
 # Among points this irregular a ball of one spacing falls through so often that, in large clouds,
@@ -112,13 +116,18 @@ def reconstruct(
     """
     check_choice(surface, name="surface", choices=SURFACES)
     points = current_points(meshset)
+    spacing, extent = median_spacing(points), float(np.ptp(points, axis=0).max())
+    if 0 < LARGEST_EXTENT * spacing < extent:
+        raise InvalidCloudError(
+            "Points are too far from the others for MeshLab to measure distances; remove the "
+            f"outliers. Given: an extent of {extent:g} at a median spacing of {spacing:g}."
+        )
     if surface == "none":
         return {"surface": surface, "spacing": None, "radii": []}
     if len(points) < 3:
         raise InvalidCloudError(
             f"A surface needs at least 3 points. Given: {len(points)} (use --surface none)."
         )
-    spacing = median_spacing(points)
     if spacing == 0:
         raise InvalidCloudError(
             "A surface needs points in different places. Given: a cloud in which most points "
