@@ -14,7 +14,7 @@ from .flips import nearest_faces
 from .validation import FloatArray, IntArray, check_points
 
 #: Share of the points expected on a triangle, by the density around, that must be there.
-_LEAST_SUPPORT = 0.3
+_LEAST_SUPPORT = 0.2
 #: Points expected below which their number says nothing and the triangle counts as supported.
 _FEW = 3.0
 
@@ -43,7 +43,7 @@ def close_holes(
     A hole gets the triangulation of least area that makes no edge twice (G. Barequet, M. Sharir,
     "Filling gaps in the boundary of a polyhedron", Computer Aided Geometric Design 12, 1995). It
     stays open if on less than half of that area there are about as many original points as their
-    density around the hole promises.
+    density around the hole promises. A single missing face is always closed.
 
     Examples
     --------
@@ -70,7 +70,12 @@ def close_holes(
     added = [triangles]
     for loop in loops:
         patch = triangulate(corners, loop, known)
-        if patch is not None and evidence.supports(patch):
+        if patch is None:
+            continue
+        # One face missing amid its neighbours needs no witness, unless it is a face seen from
+        # behind: the border of a lone triangle.
+        single = len(patch) == 1 and not (np.sort(triangles, axis=1) == np.sort(patch)).all(1).any()
+        if single or evidence.supports(patch):
             added.append(patch)
             known = np.union1d(known, _edge_keys(patch, len(corners)))
     return np.vstack(added)

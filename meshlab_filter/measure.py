@@ -166,7 +166,8 @@ def measure(scan: Scan, kept: IntArray, *, surface: str, fit: bool = False) -> M
         )
     vertices = points[kept] if surface != "screened-poisson" else mesh.vertex_matrix() + origin
     faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
-    reconstruction["fitted"] = fit and surface in THROUGH_POINTS
+    # With every point a vertex there is nothing to fit to.
+    reconstruction["fitted"] = fit and surface in THROUGH_POINTS and len(kept) < len(points)
     if reconstruction["fitted"]:
         faces = fit_surface(points[kept] - origin, faces, points - origin)
         add_layer(meshset, points[kept] - origin, faces=faces, name="fitted")

@@ -11,7 +11,7 @@ import pytest
 def models_dir() -> Path:
     """Return the folder of larger models, which are not part of the project, or skip."""
     root = Path(__file__).resolve().parents[1]
-    places = [root / "../shared/models", Path("/work/shared/models")]
+    places = [root / "../shared/models"]
     if os.environ.get("MESHLAB_FILTER_MODELS"):
         places.insert(0, Path(os.environ["MESHLAB_FILTER_MODELS"]))
     for place in places:

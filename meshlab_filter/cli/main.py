@@ -24,7 +24,8 @@ COMMANDS = {
 EPILOG = """\b
 Exit codes: 0 done; 1 internal error; 2 wrong option or parameter; 3 cloud that
 cannot be worked on; 4 file missing, damaged or of unknown type; 5 preset that
-cannot be run; 6 MeshLab failed; 7 output cannot be written; 130 interrupted.
+cannot be run; 6 MeshLab failed; 7 output cannot be written; 8 Dask or a
+download failed; 130 interrupted.
 
 \b
 Method: A. Mahdaoui and E. H. Sbai, "3D Point Cloud Simplification Based on
