@@ -107,11 +107,7 @@ def run(
         check_html()
     tell = progress or (lambda stage, share: None)
     watch = Stopwatch(lambda stage: tell(stage, None))
-    path, out = check_readable(path), Path(out)
-    if out.exists() and any(
-        (out / name).exists() and (out / name).samefile(path) for name in (*FILES, PAGE)
-    ):
-        raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
+    path, out = check_places(path, out)
     scan = prepare(path, drop_invalid=drop_invalid, watch=watch)
     cloud = scan.cloud
     if order == "surface-first":
@@ -150,30 +146,10 @@ def run(
         base=base,
         other=measured.points if move else None,
     )
-    report = {
-        "schema": SCHEMA_VERSION,
-        "input": {**fingerprint(path), "dropped": cloud.dropped, "faces": cloud.faces},
-        "parameters": {
-            "method": result.method,
-            "asked": result.asked,
-            **result.parameters,
-            "surface": surface,
-            "order": order,
-            "fit": fit,
-            "drop_invalid": drop_invalid,
-        },
-        "versions": versions(),
-        "normals": "estimated" if scan.estimated else "from the file",
-        **figures(outcome),
-    }
-    lines = comments(report)
-    with writing_folder(out) as staging:
-        with watch("write"):
-            write_results(staging, outcome, lines)
-            if html:
-                write_html(staging / PAGE, outcome, report)
-        report["times"] = watch.times
-        write_report(report, staging / "report.json")
+    report = describe(
+        outcome, {"surface": surface, "order": order, "fit": fit, "drop_invalid": drop_invalid}
+    )
+    write_outcome(out, outcome, report, watch=watch, html=html)
     return report
 
 
@@ -246,6 +222,79 @@ def _count_alone(
     if asked is None:
         raise InvalidParameterError("Order surface-first needs count or keep. Given: neither.")
     return asked
+
+
+def check_places(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> tuple[Path, Path]:
+    """Return the paths of a readable input and a folder in which no output would replace it.
+
+    Raises
+    ------
+    FileFormatError
+        If the input cannot be read.
+    OutputError
+        If an output would replace it.
+    """
+    path, out = check_readable(path), Path(out)
+    if out.exists() and any(
+        (out / name).exists() and (out / name).samefile(path) for name in (*FILES, PAGE)
+    ):
+        raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
+    return path, out
+
+
+def describe(outcome: Outcome, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the report of a run, without its times.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    settings : dict
+        What the run was asked for beside the method and its parameters.
+
+    Returns
+    -------
+    dict
+        What ``report.json`` holds (docs/report.md).
+    """
+    scan, result = outcome.scan, outcome.result
+    cloud = scan.cloud
+    return {
+        "schema": SCHEMA_VERSION,
+        "input": {**fingerprint(cloud.path), "dropped": cloud.dropped, "faces": cloud.faces},
+        "parameters": {
+            "method": result.method,
+            "asked": result.asked,
+            **result.parameters,
+            **settings,
+        },
+        "versions": versions(),
+        "normals": "estimated" if scan.estimated else "from the file",
+        **figures(outcome),
+    }
+
+
+def write_outcome(
+    out: Path, outcome: Outcome, report: dict[str, Any], *, watch: Stopwatch, html: bool
+) -> None:
+    """Write all files of a run at once, and put the times into its report.
+
+    Parameters
+    ----------
+    out : Path
+    outcome : Outcome
+    report : dict
+        By :func:`describe`; gets "times".
+    watch : Stopwatch
+    html : bool
+        Write ``report.html`` too.
+    """
+    with writing_folder(out) as staging:
+        with watch("write"):
+            write_results(staging, outcome, comments(report))
+            if html:
+                write_html(staging / PAGE, outcome, report)
+        report["times"] = watch.times
+        write_report(report, staging / "report.json")
 
 
 def write_results(folder: Path, outcome: Outcome, lines: list[str]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,20 +14,18 @@ from .bridge.distance import distances
 from .bridge.layer import add_layer
 from .bridge.script import ScriptRun, check_ranked, run_script
 from .bridge.session import import_pymeshlab, load
-from .chain import FILES, PAGE, Progress, write_results
+from .chain import Progress, check_places, describe, write_outcome
 from .cloud import MESHLAB_FORMATS, check_readable, check_writable, write_cloud
-from .errors import OutputError, PresetError
+from .errors import PresetError
 from .files import FileSummary
 from .fitting import fit_surface
-from .htmlreport import check_html, write_html
-from .measure import Measured, Outcome, Scan, figures, prepare
+from .htmlreport import check_html
+from .measure import Measured, Outcome, Scan, prepare
 from .methods.ranking import Ranking
 from .mlx import FilterScript
-from .outputs import writing_folder
 from .presets import open_script
 from .provenance import comments, fingerprint, versions
 from .recipe import Recipe
-from .report import SCHEMA_VERSION, write_report
 from .simplification import Simplification
 from .steps import untouched
 from .stopwatch import Stopwatch
@@ -110,11 +107,7 @@ def run_preset(
     tell = progress or (lambda stage, share: None)
     watch = Stopwatch(lambda stage: tell(stage, None))
     script, recipe = _read(preset, seed)
-    path, out = check_readable(path), Path(out)
-    if out.exists() and any(
-        (out / name).exists() and (out / name).samefile(path) for name in (*FILES, PAGE)
-    ):
-        raise OutputError(f"An output would replace the input. Given: {path} and {out}.")
+    path, out = check_places(path, out)
     scan = prepare(path, drop_invalid=drop_invalid, watch=watch)
     ranking = None
     if recipe is not None:
@@ -133,35 +126,21 @@ def run_preset(
     if scripted.run.indices is None:
         other = scripted.vertices()
     outcome = Outcome(scan=scan, result=result, measured=measured, base=base, other=other)
-    report = {
-        "schema": SCHEMA_VERSION,
-        "input": {**fingerprint(path), "dropped": scan.cloud.dropped, "faces": scan.cloud.faces},
-        "parameters": {
-            "method": result.method,
-            "asked": result.asked,
-            **result.parameters,
+    report = describe(
+        outcome,
+        {
             "preset": script.source,
             "surface": measured.reconstruction["surface"],
             "drop_invalid": drop_invalid,
         },
-        "versions": versions(),
-        "normals": "estimated" if scan.estimated else "from the file",
-        **figures(outcome),
-        "script": {
-            "name": script.source,
-            "filters": [filter_.name for filter_ in script],
-            "outputs": [_plain(output) for output in scripted.run.outputs],
-            "hausdorff": _plain(scripted.run.hausdorff) if scripted.run.hausdorff else None,
-        },
+    )
+    report["script"] = {
+        "name": script.source,
+        "filters": [filter_.name for filter_ in script],
+        "outputs": [_plain(output) for output in scripted.run.outputs],
+        "hausdorff": _plain(scripted.run.hausdorff) if scripted.run.hausdorff else None,
     }
-    lines = comments(report)
-    with writing_folder(out) as staging:
-        with watch("write"):
-            write_results(staging, outcome, lines)
-            if html:
-                write_html(staging / PAGE, outcome, report)
-        report["times"] = watch.times
-        write_report(report, staging / "report.json")
+    write_outcome(out, outcome, report, watch=watch, html=html)
     return report
 
 
