@@ -5,12 +5,12 @@ import numpy.testing as npt
 import pytest
 
 from meshlab_filter.errors import InvalidCloudError
+from meshlab_filter.methods.interval import search_grid
 from meshlab_filter.methods.selection import (
     check_normals,
     nearest_in_group,
     ranking_from_order,
     ranking_from_subset,
-    search_grid,
     search_parameter,
 )
 

@@ -7,6 +7,9 @@ the same ones.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, Protocol
+
 import numpy as np
 import numpy.typing as npt
 
@@ -63,19 +66,13 @@ def rank_poisson_disk(
     >>> abs(rank_poisson_disk(points, count=100).info["missed"]) < 10
     True
     """
-    cloud, count = _check(points, count, seed, "poisson-disk")
-    distinct = _distinct(cloud)
-    # MeshLab searches for the radius without end where so many points cannot be had.
-    if count >= len(distinct):
-        return ranking_from_subset(distinct[:count], len(cloud), count=count)
-    meshset = import_pymeshlab().MeshSet(verbose=False)
-    add_layer(meshset, cloud[distinct])
-    with stage("sampling Poisson disks"):
-        meshset.generate_sampling_poisson_disk(
-            samplenum=count, subsample=True, exactnumflag=True, exactnumtolerance=0.005
-        )
-    kept = _match(meshset.current_mesh().vertex_matrix(), cloud)
-    return ranking_from_subset(kept, len(cloud), count=count)
+
+    def choose(sample: _Sample, count: int, extent: float) -> tuple[IntArray, dict[str, Any]]:
+        name = "generate_sampling_poisson_disk"
+        options = {"subsample": True, "exactnumflag": True, "exactnumtolerance": 0.005}
+        return sample(name, samplenum=count, **options), {}
+
+    return _rank(points, choose, count=count, seed=seed, method="poisson-disk")
 
 
 def rank_clustered_vertex(
@@ -119,43 +116,65 @@ def rank_clustered_vertex(
     >>> abs(rank_clustered_vertex(points, count=100).info["missed"]) < 10
     True
     """
-    cloud, count = _check(points, count, seed, "clustered-vertex")
-    distinct = _distinct(cloud)
-    if count >= len(distinct):
-        return ranking_from_subset(distinct[:count], len(cloud), count=count)
-    extent = diagonal(cloud)
-    pymeshlab = import_pymeshlab()
-    meshset = pymeshlab.MeshSet(verbose=False)
-    add_layer(meshset, cloud)
 
-    def kept_by(cell: float) -> IntArray:
-        meshset.set_current_mesh(0)
-        with stage("sampling clustered vertices"):
-            meshset.generate_sampling_clustered_vertex(
-                threshold=pymeshlab.PureValue(cell), sampling="Closest to center"
-            )
-        kept = _match(meshset.current_mesh().vertex_matrix(), cloud)
-        meshset.delete_current_mesh()
-        return kept
+    def choose(sample: _Sample, count: int, extent: float) -> tuple[IntArray, dict[str, Any]]:
+        name = "generate_sampling_clustered_vertex"
+        size = import_pymeshlab().PureValue
 
-    cell, kept = search_parameter(
-        kept_by, count, start=extent / np.sqrt(count), low=extent * 1e-4, high=extent
-    )
-    return ranking_from_subset(kept, len(cloud), count=count, cell=cell)
+        def kept_by(cell: float) -> IntArray:
+            return sample(name, threshold=size(cell), sampling="Closest to center")
+
+        bounds = {"start": extent / np.sqrt(count), "low": extent * 1e-4, "high": extent}
+        cell, kept = search_parameter(kept_by, count, **bounds)
+        return kept, {"cell": cell}
+
+    return _rank(points, choose, count=count, seed=seed, method="clustered-vertex")
 
 
-def _check(
-    points: npt.ArrayLike, count: int | None, seed: int, method: str
-) -> tuple[FloatArray, int]:
+class _Sample(Protocol):
+    """Run a sampler by the name of MeshLab's filter and return the indices of its samples."""
+
+    def __call__(self, name: str, **options: Any) -> IntArray: ...
+
+
+def _rank(
+    points: npt.ArrayLike,
+    choose: Callable[[_Sample, int, float], tuple[IntArray, dict[str, Any]]],
+    *,
+    count: int | None,
+    seed: int,
+    method: str,
+) -> Ranking:
+    """Check the input, open it in MeshLab and rank the points that ``choose`` has sampled.
+
+    ``choose`` takes the sampler, the count and the bounding box's diagonal; it returns the points
+    that stay, ascending, and figures about the run.
+    """
     cloud = check_points(points)
-    checked = check_count(count, len(cloud))
+    count = check_count(count, len(cloud))
     check_integer(seed, name="seed", minimum=0)
-    if checked is None:
+    if count is None:
         raise InvalidParameterError(
             f"Invalid count. Must be given for the method {method}, which has no cut of its own. "
             "Given: None."
         )
-    return cloud, checked
+    distinct = _distinct(cloud)
+    # Points in one place leave one, and MeshLab would search without end for more than there are.
+    if count >= len(distinct):
+        return ranking_from_subset(distinct[:count], len(cloud), count=count)
+    meshset = import_pymeshlab().MeshSet(verbose=False)
+    add_layer(meshset, cloud[distinct])
+
+    def sample(name: str, **options: Any) -> IntArray:
+        meshset.set_current_mesh(0)
+        with stage(f"running {name}"):
+            getattr(meshset, name)(**options)
+        kept = distinct[_match(meshset.current_mesh().vertex_matrix(), cloud[distinct])]
+        meshset.delete_current_mesh()
+        return kept
+
+    kept, figures = choose(sample, count, diagonal(cloud))
+    return ranking_from_subset(kept, len(cloud), count=count, **figures)
 
 
 def _distinct(points: FloatArray) -> IntArray:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..validation import FloatArray, IntArray, check_integer, check_points
+from ..validation import FloatArray, IntArray
 from .ranking import Ranking
-from .rounds import remove_in_rounds
-from .selection import check_count, ranking_from_order
+from .rounds import Information, rank_in_rounds
 
 _CHUNK = 20_000  # points fitted at a time
 
@@ -66,22 +65,21 @@ def rank(
     >>> 24 in rank(points, count=10).indices
     True
     """
-    cloud = check_points(points)
-    count = check_count(count, len(cloud))
-    seed = check_integer(seed, name="seed", minimum=0)
-    neighbors = check_integer(neighbors, name="neighbors", minimum=6)
 
-    def information(left: IntArray, near: IntArray) -> FloatArray:
-        position = cloud[left]
-        return np.concatenate(
-            [
-                surface_distance(position[near[i : i + _CHUNK]] - position[i : i + _CHUNK, None])
-                for i in range(0, len(left), _CHUNK)
-            ]
-        )
+    def prepare(cloud: FloatArray) -> Information:
+        def information(left: IntArray, near: IntArray) -> FloatArray:
+            position = cloud[left]
+            blocks = (slice(i, i + _CHUNK) for i in range(0, len(left), _CHUNK))
+            return np.concatenate(
+                [
+                    surface_distance(position[near[block]] - position[block, None])
+                    for block in blocks
+                ]
+            )
 
-    order = remove_in_rounds(cloud, information, neighbors=neighbors, count=count, seed=seed)
-    return ranking_from_order(order, count=count)
+        return information
+
+    return rank_in_rounds(points, prepare, neighbors=neighbors, fewest=6, count=count, seed=seed)
 
 
 def surface_distance(offset: FloatArray) -> FloatArray:

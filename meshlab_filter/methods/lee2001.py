@@ -5,16 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..validation import FloatArray, IntArray, check_integer, check_number, check_points
+from ..validation import FloatArray, IntArray, check_integer
+from .interval import rank_by_interval
 from .ranking import Ranking
-from .selection import (
-    check_count,
-    check_normals,
-    diagonal,
-    nearest_in_group,
-    ranking_from_subset,
-    search_grid,
-)
+from .selection import nearest_in_group
 
 _DEEPEST = 24  # halvings of a cell; beyond it points of differing normals coincide
 
@@ -43,7 +37,7 @@ def rank(
         Their signs count. Without them they are estimated from 15 nearest neighbours.
     count : int, optional
         Points to keep, met as nearly as can be: of space interval and threshold those that are
-        not given are searched (:func:`meshlab_filter.methods.selection.search_grid`).
+        not given are searched (:func:`meshlab_filter.methods.interval.search_grid`).
         ``info["missed"]`` says by how many points it was missed.
     seed : int
         Taken for the sake of the common interface; the method uses no randomness.
@@ -81,40 +75,18 @@ def rank(
     >>> rank(points, normals=np.tile([0, 0, 1.0], (4, 1)), space_interval=1.0).indices
     array([1, 3])
     """
-    cloud = check_points(points)
-    count = check_count(count, len(cloud))
     check_integer(seed, name="seed", minimum=0)
-    if space_interval is not None:
-        check_number(space_interval, name="space_interval", minimum=np.finfo(float).tiny)
-    if normal_threshold is not None:
-        check_number(normal_threshold, name="normal_threshold", minimum=0.0)
-    vectors = check_normals(cloud, normals)
-    extent = diagonal(cloud) or 1.0
-    edge = extent / 100 if space_interval is None else float(space_interval)
-    spread = 0.41 if normal_threshold is None else float(normal_threshold)
-
-    def kept_by(edge: float, spread: float) -> IntArray:
-        return _representatives(cloud, vectors, split_cells(cloud, vectors, edge, spread))
-
-    if count is None:
-        kept = kept_by(edge, spread)
-    else:
-        edge, spread, kept = search_grid(
-            kept_by,
-            count,
-            interval=edge,
-            threshold=spread,
-            loosest=1.1,
-            extent=extent,
-            free=(space_interval is None, normal_threshold is None),
-        )
-    return ranking_from_subset(
-        kept,
-        len(cloud),
+    return rank_by_interval(
+        points,
+        split_cells,
+        _representatives,
+        normals=normals,
         count=count,
-        labels=split_cells(cloud, vectors, edge, spread),
-        space_interval=edge,
-        normal_threshold=spread,
+        space_interval=space_interval,
+        normal_threshold=normal_threshold,
+        usual=0.41,
+        least=0.0,
+        loosest=1.1,
     )
 
 

@@ -7,10 +7,10 @@ import numpy.typing as npt
 
 from ..errors import InvalidParameterError
 from ..normals import nearest_neighbours
-from ..validation import FloatArray, IntArray, check_integer, check_number, check_points
+from ..validation import FloatArray, IntArray, check_number
 from .ranking import Ranking
-from .rounds import remove_in_rounds
-from .selection import check_count, check_normals, ranking_from_order
+from .rounds import Information, rank_in_rounds
+from .selection import check_normals
 
 
 def rank(
@@ -72,10 +72,6 @@ def rank(
     >>> rank(points, normals=np.tile([0, 0, 1.0], (5, 1)), neighbors=2, count=4).indices
     array([0, 1, 3, 4])
     """
-    cloud = check_points(points)
-    count = check_count(count, len(cloud))
-    seed = check_integer(seed, name="seed", minimum=0)
-    neighbors = check_integer(neighbors, name="neighbors", minimum=1)
     weights = [
         check_number(value, name=name, minimum=0.0)
         for name, value in (
@@ -86,16 +82,20 @@ def rank(
     ]
     if not any(weights):
         raise InvalidParameterError("Invalid weights. One must be positive. Given: 0, 0, 0.")
-    vectors = check_normals(cloud, normals)
-    near = nearest_neighbours(cloud, neighbors)
-    away = np.linalg.norm(cloud[near] - cloud[:, None], axis=2)
-    unit = float(away.mean()) if away.size else 1.0
 
-    def information(left: IntArray, near: IntArray) -> FloatArray:
-        return _information(cloud[left] / (unit or 1.0), vectors[left], near, weights)
+    def prepare(cloud: FloatArray) -> Information:
+        vectors = check_normals(cloud, normals)
+        near = nearest_neighbours(cloud, neighbors)
+        away = np.linalg.norm(cloud[near] - cloud[:, None], axis=2)
+        unit = float(away.mean()) if away.size else 1.0
+        scaled = cloud / (unit or 1.0)
 
-    order = remove_in_rounds(cloud, information, neighbors=neighbors, count=count, seed=seed)
-    return ranking_from_order(order, count=count)
+        def information(left: IntArray, near: IntArray) -> FloatArray:
+            return _information(scaled[left], vectors[left], near, weights)
+
+        return information
+
+    return rank_in_rounds(points, prepare, neighbors=neighbors, count=count, seed=seed)
 
 
 def _information(

@@ -7,23 +7,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..validation import (
-    FloatArray,
-    IntArray,
-    check_choice,
-    check_integer,
-    check_number,
-    check_points,
-)
+from ..validation import FloatArray, IntArray, check_choice, check_integer
+from .interval import rank_by_interval
 from .ranking import Ranking
-from .selection import (
-    check_count,
-    check_normals,
-    diagonal,
-    nearest_in_group,
-    ranking_from_subset,
-    search_grid,
-)
+from .selection import nearest_in_group
 
 _EXACT = 128  # up to this size every pair of a cluster's normals is compared
 _CHUNK = 2_000_000  # pairs held at once
@@ -56,7 +43,7 @@ def rank(
         Their signs count. Without them they are estimated from 15 nearest neighbours.
     count : int, optional
         Points to keep, met as nearly as can be: of space interval and threshold those that are
-        not given are searched (:func:`meshlab_filter.methods.selection.search_grid`).
+        not given are searched (:func:`meshlab_filter.methods.interval.search_grid`).
         ``info["missed"]`` says by how many points it was missed.
     seed : int
         Of the random order in which points are taken as seeds of clusters.
@@ -101,52 +88,35 @@ def rank(
     >>> rank(points, normals=normals, space_interval=1.0).indices
     array([1, 3, 4])
     """
-    cloud = check_points(points)
-    count = check_count(count, len(cloud))
     seed = check_integer(seed, name="seed", minimum=0)
-    tiny = float(np.finfo(float).tiny)
-    if space_interval is not None:
-        check_number(space_interval, name="space_interval", minimum=tiny)
-    if normal_threshold is not None:
-        check_number(normal_threshold, name="normal_threshold", minimum=tiny)
     check_choice(deviation, name="deviation", choices=("half-cosine", "cosine"))
-    check_integer(iterations, name="iterations", minimum=0)
-    vectors = check_normals(cloud, normals)
+    iterations = check_integer(iterations, name="iterations", minimum=0)
     scale = 0.5 if deviation == "half-cosine" else 1.0
-    extent = diagonal(cloud) or 1.0
-    interval = extent / 100 if space_interval is None else float(space_interval)
-    bend = 0.13 if normal_threshold is None else float(normal_threshold)
 
-    def label_by(interval: float, bend: float) -> IntArray:
+    def divide(
+        cloud: FloatArray, vectors: FloatArray, interval: float, threshold: float
+    ) -> IntArray:
         label = _evenly_spaced_clusters(cloud, interval, iterations, seed)
         label = _halve_border_clusters(cloud, label, interval)
-        return _split_bent_clusters(cloud, vectors, label, bend / scale)
+        return _split_bent_clusters(cloud, vectors, label, threshold / scale)
 
-    def kept_by(interval: float, bend: float) -> IntArray:
-        label = label_by(interval, bend)
-        away = ((cloud - _means(cloud, label)[label]) ** 2).sum(axis=1)
-        return np.sort(nearest_in_group(label, away))
-
-    if count is None:
-        kept = kept_by(interval, bend)
-    else:
-        interval, bend, kept = search_grid(
-            kept_by,
-            count,
-            interval=interval,
-            threshold=bend,
-            loosest=2.1,
-            extent=extent,
-            free=(space_interval is None, normal_threshold is None),
-        )
-    return ranking_from_subset(
-        kept,
-        len(cloud),
+    return rank_by_interval(
+        points,
+        divide,
+        _nearest_to_centre,
+        normals=normals,
         count=count,
-        labels=label_by(interval, bend),
-        space_interval=interval,
-        normal_threshold=bend,
+        space_interval=space_interval,
+        normal_threshold=normal_threshold,
+        usual=0.13,
+        loosest=2.1,
     )
+
+
+def _nearest_to_centre(points: FloatArray, normals: FloatArray, label: IntArray) -> IntArray:
+    """Return in each cluster the point nearest its mean, ascending."""
+    away = ((points - _means(points, label)[label]) ** 2).sum(axis=1)
+    return np.sort(nearest_in_group(label, away))
 
 
 def _means(points: FloatArray, label: IntArray) -> FloatArray:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..validation import FloatArray, IntArray, check_integer, check_points
+from ..validation import FloatArray, IntArray
 from .ranking import Ranking
-from .rounds import remove_in_rounds
-from .selection import check_count, check_normals, ranking_from_order
+from .rounds import Information, rank_in_rounds
+from .selection import check_normals
 
 _NO_ANGLE = 1e-6  # radians; below it the angle between unit normals is rounding
 
@@ -67,17 +67,16 @@ def rank(
     >>> 5 in rank(points, normals=normals, neighbors=2, count=4).indices
     True
     """
-    cloud = check_points(points)
-    count = check_count(count, len(cloud))
-    seed = check_integer(seed, name="seed", minimum=0)
-    neighbors = check_integer(neighbors, name="neighbors", minimum=1)
-    vectors = check_normals(cloud, normals)
 
-    def information(left: IntArray, near: IntArray) -> FloatArray:
-        return angle_entropy(vectors[left], near)
+    def prepare(cloud: FloatArray) -> Information:
+        vectors = check_normals(cloud, normals)
 
-    order = remove_in_rounds(cloud, information, neighbors=neighbors, count=count, seed=seed)
-    return ranking_from_order(order, count=count)
+        def information(left: IntArray, near: IntArray) -> FloatArray:
+            return angle_entropy(vectors[left], near)
+
+        return information
+
+    return rank_in_rounds(points, prepare, neighbors=neighbors, count=count, seed=seed)
 
 
 def angle_entropy(normals: FloatArray, near: IntArray) -> FloatArray:
