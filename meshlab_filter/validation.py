@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from .checks import check_choice as check_choice
 from .checks import check_integer as check_integer
 from .checks import check_number as check_number
-from .errors import InvalidCloudError
+from .errors import InvalidCloudError, InvalidParameterError
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -61,3 +63,21 @@ def check_points(points: npt.ArrayLike, *, minimum: int = 1, name: str = "points
             f"{len(array)} with NaN or infinity, the first at index {first}."
         )
     return array
+
+
+def check_switch(value: Any, *, name: str) -> bool:
+    """Return the value if it is true or false.
+
+    Raises
+    ------
+    InvalidParameterError
+        If it is anything else.
+
+    Examples
+    --------
+    >>> check_switch(np.bool_(True), name="noisy")
+    True
+    """
+    if not isinstance(value, (bool, np.bool_)):
+        raise InvalidParameterError(f"Invalid {name}. Must be true or false. Given: {value!r}.")
+    return bool(value)

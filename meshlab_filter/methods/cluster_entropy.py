@@ -16,7 +16,14 @@ import numpy.typing as npt
 from ..clustering import Clustering, kmeans
 from ..entropy import cluster_entropy
 from ..errors import InvalidCloudError, InvalidParameterError
-from ..validation import FloatArray, IntArray, check_integer, check_number, check_points
+from ..validation import (
+    FloatArray,
+    IntArray,
+    check_integer,
+    check_number,
+    check_points,
+    check_switch,
+)
 from .ranking import Ranking
 
 # "The size of the clusters is 5 %": 20 points to a cluster on average.
@@ -121,6 +128,7 @@ def rank(
             progress=lambda done: report(0.9 * done),
         )
 
+    keep_representative = check_switch(keep_representative, name="keep_representative")
     given = clusters is not None
     clusters = clusters if given else max(1, round(_CLUSTER_SHARE * n))
     clusters = check_integer(clusters, name="clusters", minimum=1)
