@@ -4,6 +4,7 @@
     python scripts/reproduce_paper.py --model bunny --out /tmp/bunny  one model
     python scripts/reproduce_paper.py --quick --out /tmp/quick        two small models, few seeds
 
+In an environment without the project: python scripts/dev.py run python scripts/reproduce_paper.py.
 Without --models (or MESHLAB_FILTER_MODELS) the models are downloaded once with pooch. Work is
 shared out to processes; with --cache DIR what was measured is kept there and not measured again.
 """
@@ -20,12 +21,17 @@ from typing import Any
 import joblib
 from reproduction import document, figures, measurements
 from reproduction.subjects import SUBJECTS, load
+from reproduction.tables import FIG8_KEPT
 
 from meshlab_filter.bridge.session import version
 from meshlab_filter.errors import MeshlabFilterError
 from meshlab_filter.methods.registry import METHODS
 
 QUICK = {"models": ["genus", "bunny"], "seeds": 3, "shares": (0.91, 0.2)}
+#: Shares of the points that all methods keep.
+SHARES = (0.91, 0.5, 0.2, 0.1, 0.05)
+#: Seeds of each method in the comparison, where they matter.
+COMPARED = 3
 #: How much work a model is: the largest go first.
 WEIGHT = ("fandisk", "bimba", "max_planck", "david", "bunny", "genus")
 
@@ -46,7 +52,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     options.model = options.model or (QUICK["models"] if options.quick else list(SUBJECTS))
     options.seeds = options.seeds or (QUICK["seeds"] if options.quick else 10)
-    options.shares = QUICK["shares"] if options.quick else document.SHARES
+    options.shares = QUICK["shares"] if options.quick else SHARES
     options.method = options.method or [
         name
         for name, method in METHODS.items()
@@ -54,6 +60,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     ]
     if options.seeds < 1:
         parser.error("--seeds must be at least 1")
+    options.compared = min(options.seeds, COMPARED)
     return options
 
 
@@ -65,19 +72,15 @@ def plan(options: argparse.Namespace) -> list[tuple[str, Any, tuple[Any, ...]]]:
         tasks.append((name, "floor", (measurements.floor, name, options.models)))
         counts = tuple(round(share * size) for share in options.shares)
         for method in options.method:
-            call = (measurements.at_count, name, options.models, method, counts)
+            call = (measurements.at_count, name, options.models, method, counts, options.compared)
             tasks.append((name, ("compared", method), call))
         if name == "fandisk":
-            kept = document.FIG8_KEPT
-            for method in (*kept, "cluster-entropy", "random", "adaptive"):
-                count = (kept.get(method, min(kept.values())),)
-                call = (measurements.at_count, name, options.models, method, count, True)
-                tasks.append((name, ("fig8", method), call))
-        if name == "bunny":
-            for k in document.NEIGHBOURS:
-                for seed in range(options.seeds):
-                    call = (measurements.by_neighbours, name, options.models, k, seed)
-                    tasks.append((name, ("neighbours", k), call))
+            for method in (*FIG8_KEPT, "cluster-entropy", "random", "adaptive"):
+                count = (FIG8_KEPT.get(method, min(FIG8_KEPT.values())),)
+                task = (name, options.models, method, count, options.compared, True)
+                tasks.append((name, ("fig8", method), (measurements.at_count, *task)))
+            call = (measurements.readings, name, options.models, options.compared)
+            tasks.append((name, "readings", call))
         for seed in range(options.seeds):
             call = (measurements.paper_rule, name, options.models, seed)
             tasks.append((name, ("runs", seed), call))
@@ -93,12 +96,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     done = joblib.Parallel(n_jobs=options.jobs, return_as="generator")(jobs)
     results: dict[str, Any] = {name: {} for name in SUBJECTS if name in options.model}
     for number, ((name, key, _), value) in enumerate(zip(tasks, done), start=1):
-        if key == "floor":
-            results[name]["floor"] = value
+        if isinstance(key, str):
+            results[name][key] = value
         elif key[0] == "runs":
             results[name].setdefault("runs", []).append(value)
-        elif key[0] == "neighbours":
-            results[name].setdefault("neighbours", {}).setdefault(key[1], []).append(value)
         else:
             row = value[0] if key[0] == "fig8" else value
             results[name].setdefault(key[0], {})[key[1]] = row
@@ -153,8 +154,10 @@ def draw(results: dict[str, Any], options: argparse.Namespace) -> dict[str, str]
         figures.errors_in_colour("bunny", cloud, faces, levels, path("error"), top=0.02)
     if "fandisk" in results:
         panels = {
-            f"{method}, {row['kept']} points\nmean {row['uncut']['mean']:.1e}": row["scene"]
-            for method, row in results["fandisk"]["fig8"].items()
+            f"{method}, {runs[0]['kept']} points\nmean {runs[0]['uncut']['mean']:.1e}": (
+                runs[0]["scene"]
+            )
+            for method, runs in results["fandisk"]["fig8"].items()
         }
         cloud, faces = scenes["fandisk"]["cloud"], scenes["fandisk"]["original"]["faces"]
         figures.errors_in_colour("fandisk", cloud, faces, panels, path("fig8"), top=0.005)
@@ -170,7 +173,8 @@ def main(arguments: list[str] | None = None) -> int:
     except MeshlabFilterError as error:
         print(f"reproduce_paper.py: {error}", file=sys.stderr)
         return error.exit_code
-    text = document.write(results, images, seeds=options.seeds, version=version())
+    seeds = {"seeds": options.seeds, "compared": options.compared}
+    text = document.write(results, images, **seeds, version=version())
     target = options.out / "REPRODUCTION.md"
     target.write_text(text, encoding="utf-8")
     print(f"Written: {target} and {len(images)} pictures in {options.out / 'images'}.")

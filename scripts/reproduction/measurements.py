@@ -1,12 +1,11 @@
 """What is measured: the rows of Table 1 seed by seed, and all methods at the same count.
 
-Both functions take plain arguments and return plain results, so that they run in any process and
+The functions take plain arguments and return plain results, so that they run in any process and
 their results can be kept.
 """
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,10 @@ import pymeshlab
 from meshlab_filter.bridge.distance import distances
 from meshlab_filter.bridge.layer import add_layer
 from meshlab_filter.bridge.surface import PASSES, reconstruct
-from meshlab_filter.methods import cluster_entropy
+from meshlab_filter.entropy import cluster_entropy as entropy_of_clusters
+from meshlab_filter.methods import cluster_entropy, lee2001, shi2011
 from meshlab_filter.methods.registry import METHODS
+from meshlab_filter.normals import estimate_normals
 from meshlab_filter.quality import (
     PAPER_CUT,
     acceptable_share,
@@ -29,6 +30,8 @@ from .subjects import SUBJECTS, Cloud, load
 
 #: One pass with MeshLab's automatic radius, as in the paper, and passes of growing radius.
 SURFACES = {"paper": "ball-pivoting-auto", "passes": "ball-pivoting"}
+#: Which neighbour gives the density; None is the rounded root of a cluster's size.
+NEIGHBOURS = (None, 1, 2, 4, 8)
 
 
 def measure(cloud: Cloud, kept: np.ndarray, surface: str, *, scene: bool = False) -> dict[str, Any]:
@@ -86,8 +89,12 @@ def paper_rule(name: str, models: str | None, seed: int) -> dict[str, Any]:
     -------
     dict
         For each preset: the figures with each surface, and "random" with the paper's. The rows of
-        a model share one clustering: they are levels of detail of the same ranking.
+        a model share one clustering: they are levels of detail of the same ranking. Beside them
+        "neighbours": by k, what goes from each preset when the k-th neighbour gives the density;
+        and "correlation": Spearman's, of a cluster's size and its entropy.
     """
+    from scipy.stats import spearmanr
+
     cloud = load(name, models)
     presets = SUBJECTS[name].rows()
     clusters = presets[0].recipe.parameters["clusters"]
@@ -106,69 +113,106 @@ def paper_rule(name: str, models: str | None, seed: int) -> dict[str, Any]:
             surface: measure(cloud, kept, surface, scene=seed == 0) for surface in SURFACES
         }
         result[preset.name]["random"] = measure(cloud, np.sort(chance[: len(kept)]), "paper")
+    sizes = np.bincount(ranking.labels, minlength=clusters)
+    result["neighbours"] = {}
+    for k in NEIGHBOURS:
+        entropy = entropy_of_clusters(cloud.points, ranking.labels, k=k)
+        gone = sizes[np.argsort(entropy, kind="stable")].cumsum()
+        result["neighbours"][k] = {
+            preset.name: int(gone[preset.recipe.parameters["delete"] - 1]) for preset in presets
+        }
+    known = np.isfinite(ranking.entropy)
+    result["correlation"] = float(spearmanr(sizes[known], ranking.entropy[known]).statistic)
     if seed == 0:
         result["labels"], result["entropy"] = ranking.labels, ranking.entropy
     return result
 
 
 def at_count(
-    name: str, models: str | None, method: str, counts: tuple[int, ...], scene: bool = False
-) -> list[dict[str, Any]]:
+    name: str,
+    models: str | None,
+    method: str,
+    counts: tuple[int, ...],
+    seeds: int = 1,
+    scene: bool = False,
+) -> list[list[dict[str, Any]]]:
     """Run one method at several counts and measure each with the surface in passes.
 
     Returns
     -------
-    list of dict
-        In the order of the counts: the figures, "missed" and "seconds" of the ranking. A method
-        that orders all points ranks them once, down to the smallest count.
+    list of list of dict
+        For each count one run a seed, the figures and "missed"; a single run where the points
+        that stay do not depend on the seed. A method that orders all points ranks them once a
+        seed, down to the smallest count. The first run of a count has the scene, if wanted.
     """
     cloud = load(name, models)
     entry = METHODS[method]
     rank = entry.load()
-    results = []
-    order, spent = None, 0.0
-    if entry.total_order:
-        begin = time.perf_counter()
-        order = rank(cloud.points, normals=cloud.normals, count=min(counts)).rank
-        spent = time.perf_counter() - begin
-    for count in counts:
-        if order is not None:
-            kept = np.flatnonzero(order >= len(order) - count)
-        else:
-            begin = time.perf_counter()
-            kept = rank(cloud.points, normals=cloud.normals, count=count).indices
-            spent = time.perf_counter() - begin
-        results.append(
-            {
-                **measure(cloud, kept, "passes", scene=scene),
-                "missed": len(kept) - count,
-                "seconds": spent,
-            }
-        )
-    return results
+    runs: list[list[dict[str, Any]]] = [[] for _ in counts]
+    first: list[np.ndarray] = []
+    for seed in range(seeds):
+        order = None
+        if entry.total_order:
+            order = rank(cloud.points, normals=cloud.normals, count=min(counts), seed=seed).rank
+        news = False
+        for column, count in enumerate(counts):
+            if order is None:
+                kept = rank(cloud.points, normals=cloud.normals, count=count, seed=seed).indices
+            else:
+                kept = np.flatnonzero(order >= len(order) - count)
+            if seed == 0:
+                first.append(kept)
+            elif np.array_equal(kept, first[column]):
+                continue
+            news = True
+            figures = measure(cloud, kept, "passes", scene=scene and seed == 0)
+            runs[column].append({**figures, "missed": len(kept) - count})
+        if not news:
+            break
+    return runs
 
 
-def by_neighbours(name: str, models: str | None, k: int | None, seed: int) -> dict[str, Any]:
-    """Count what the paper's rule removes when the density takes the k-th neighbour.
+def readings(name: str, models: str | None, seeds: int) -> list[dict[str, Any]]:
+    """Count what shi2011 and lee2001 keep of Fandisk by each reading of the parameters of Fig. 8.
 
     Returns
     -------
-    dict
-        Points removed by preset, and "correlation": Spearman's, of a cluster's size and entropy.
+    list of dict
+        "method", "reading" and "kept": one count a seed, or one for the grid.
     """
-    from scipy.stats import spearmanr
-
     cloud = load(name, models)
-    presets = SUBJECTS[name].rows()
-    parameters = presets[0].recipe.parameters
-    ranking = cluster_entropy.rank(
-        cloud.points, clusters=parameters["clusters"], delete=parameters["delete"], k=k, seed=seed
-    )
-    result: dict[str, Any] = {
-        preset.name: int((ranking.rank < preset.recipe.parameters["delete"]).sum())
-        for preset in presets
-    }
-    known = np.isfinite(ranking.entropy)
-    sizes = np.bincount(ranking.labels, minlength=len(ranking.entropy))
-    result["correlation"] = float(spearmanr(sizes[known], ranking.entropy[known]).statistic)
-    return result
+    points, extent = cloud.points, float(np.ptp(cloud.points, axis=0).max())
+    normals = estimate_normals(points, k=15)
+    found: list[dict[str, Any]] = []
+    # The points in such an order that the seeds are tried in the order of the file.
+    turned = np.argsort(np.random.default_rng(0).permutation(len(points)))
+    every = np.arange(len(points))
+    for reading, order, bend, repeats in (
+        ("deviation (1 − cos θ)/2, as here", every, 0.13, seeds),
+        ("the same, seeds in the order of the file", turned, 0.13, 1),
+        ("deviation 1 − cos θ", every, 0.13 / 2, seeds),
+        ("θ as a share of π", every, (1 - np.cos(0.13 * np.pi)) / 2, seeds),
+        ("standard deviation of the two normals, sin θ/2", every, 0.13**2, seeds),
+        ("θ in radians", every, (1 - np.cos(0.13)) / 2, seeds),
+    ):
+        kept = []
+        for seed in range(repeats):
+            options = {"space_interval": 0.076, "normal_threshold": float(bend), "seed": seed}
+            ranking = shi2011.rank(points[order], normals=normals[order], **options)
+            kept.append(len(ranking.indices))
+        found.append({"method": "shi2011", "reading": reading, "kept": kept})
+    edge = 0.0696
+    cube = extent / 2 ** np.floor(np.log2(extent / edge))
+    for reading, size, spread in (
+        ("edge of the first cells, as here", edge, 0.41),
+        ("the same, no cell split", edge, 2.0),
+        ("the same, variance of the normals", edge, np.sqrt(0.41)),
+        ("edge √2 intervals", edge * np.sqrt(2), 0.41),
+        ("edge two intervals", edge * 2, 0.41),
+        ("share of the diagonal", edge * cloud.diagonal, 0.41),
+        ("least edge of an octree's cells", cube, 0.41),
+        ("the same, no cell split", cube, 2.0),
+    ):
+        cells = int(lee2001.split_cells(points, normals, size, spread).max()) + 1
+        found.append({"method": "lee2001", "reading": reading, "kept": [cells]})
+    return found

@@ -31,6 +31,8 @@ class Subject:
         Its rows in Table 1 and Fig. 7.
     note : str
         How near our cloud comes to the paper's.
+    same : bool
+        Whether it is the paper's cloud, as far as its number of points tells.
     up : str
         The axis that points up in pictures.
     azimuth, elevation : float
@@ -42,9 +44,15 @@ class Subject:
     model: str
     presets: tuple[str, ...]
     note: str
+    same: bool = True
     up: str = "y"
     azimuth: float = 0.0
     elevation: float = 10.0
+
+    @property
+    def label(self) -> str:
+        """The title, marked where the cloud is another one than the paper's."""
+        return self.title if self.same else f"{self.title} †"
 
     def rows(self) -> list[Preset]:
         """Return the presets of its rows, the one of Table 1 first."""
@@ -73,6 +81,7 @@ SUBJECTS: dict[str, Subject] = {
             model="david",
             presets=("david",),
             note="another mesh, six times coarser",
+            same=False,
             up="z",
             elevation=5,
         ),
@@ -91,6 +100,7 @@ SUBJECTS: dict[str, Subject] = {
             model="bimba",
             presets=("bimba",),
             note="another sampling, 7 % more points",
+            same=False,
         ),
         Subject(
             name="max_planck",
@@ -98,6 +108,7 @@ SUBJECTS: dict[str, Subject] = {
             model="max_planck",
             presets=("max_planck",),
             note="another mesh, 8 % fewer points",
+            same=False,
         ),
         Subject(
             name="bunny",
