@@ -21,6 +21,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 GREY = np.array([0.72, 0.74, 0.78])
 DARK = np.array([0.16, 0.25, 0.45])
+_UNSEEN = 8  # of 255: differences of a colour that nobody sees
 CIVIDIS = ListedColormap(colorize(np.linspace(0, 1, 256), low=0, high=1))
 
 
@@ -40,12 +41,14 @@ def view_of(name: str, cloud: Cloud, *, width: int = 420, height: int = 420) -> 
 def _save(figure: plt.Figure, path: Path) -> None:
     figure.savefig(path, dpi=100, bbox_inches="tight", pad_inches=0.08)
     plt.close(figure)
-    # 256 colours are enough for shaded grey and one colour map, and a quarter of the size. Chosen
-    # for coverage they leave out none by far, not even the few pixels at the end of a scale.
-    from PIL import Image
+    from PIL import Image, ImageChops
 
+    # 256 colours are enough for shaded grey and one colour map, and a quarter of the size.
     picture = Image.open(path).convert("RGB")
-    picture.quantize(256, method=Image.Quantize.MAXCOVERAGE).save(path, optimize=True)
+    small = picture.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+    difference = ImageChops.difference(picture, small.convert("RGB"))
+    close = max(high for _, high in difference.getextrema()) <= _UNSEEN
+    (small if close else picture).save(path, optimize=True)
 
 
 def _show(axes: plt.Axes, picture: np.ndarray, title: str) -> None:
