@@ -127,9 +127,9 @@ def neighbours(results: Results) -> str:
     if "genus" in results and 1 in by:
         tail = (
             "A cluster of two points has the entropy ln 2. With k = 1 one of three cannot have "
-            "less, for the nearest two of them share a distance: of Genus, three points to a cluster "
-            "on average, thirty clusters of two go, whatever the seed. With a larger k some of three "
-            "go before them.\n\n"
+            "less, for the nearest two of them share a distance: of Genus, three points to a "
+            "cluster on average, thirty clusters of two go, whatever the seed. With a larger k "
+            "some of three go before them.\n\n"
         )
     return f"{lead}\n\n{table(['k', *head, 'within two'], body)}\n{tail}"
 
