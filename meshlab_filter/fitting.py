@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import numpy.typing as npt
 
-from .flips import flip_edges
+from .flips import flip_edges, nearest_vertices
 from .holes import close_holes
-from .validation import IntArray
+from .validation import IntArray, check_points
 
 
 def fit_surface(vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike) -> IntArray:
@@ -36,4 +37,11 @@ def fit_surface(vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.Array
     >>> fit_surface(corners, [[0, 1, 3], [1, 2, 3]], [[0.5, 0.5, 1.0]]).tolist()
     [[1, 2, 0], [2, 3, 0]]
     """
-    return flip_edges(vertices, close_holes(vertices, faces, points), points)
+    corners, cloud = check_points(vertices, name="vertices"), check_points(points)
+    triangles = np.array(faces, dtype=np.int64).reshape(-1, 3)
+    if not len(triangles):
+        return triangles
+    # New faces go between corners of old ones, so the nearest corners stay the same.
+    near = nearest_vertices(corners, triangles, cloud)
+    closed = close_holes(corners, triangles, cloud, near=near)
+    return flip_edges(corners, closed, cloud, near=near)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .edges import edge_keys, sides
 from .triangles import squared_distances
 from .validation import FloatArray, IntArray, check_points
 
@@ -25,7 +26,12 @@ _BLOCK = 50_000
 
 
 def flip_edges(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike, *, max_rounds: int = 30
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    points: npt.ArrayLike,
+    *,
+    near: IntArray | None = None,
+    max_rounds: int = 30,
 ) -> IntArray:
     """Flip edges of a triangle mesh until no flip brings it nearer to the points.
 
@@ -35,6 +41,8 @@ def flip_edges(
     faces : array_like, shape (F, 3), of integers
     points : array_like, shape (N, 3)
         The original points, in the unit of the vertices.
+    near : numpy.ndarray, shape (N, k), int64, optional
+        What :func:`nearest_vertices` says of these points, if that is known already.
     max_rounds : int
         In each round all flips that do not touch each other are done at once.
 
@@ -62,9 +70,10 @@ def flip_edges(
     witnesses = check_points(points)
     if not len(triangles):
         return triangles
-    home, _ = nearest_faces(corners, triangles, witnesses)
-    sides = corners[triangles] - corners[np.roll(triangles, -1, axis=1)]
-    least = _LEAST_GAIN * float(np.mean(np.einsum("fij,fij->fi", sides, sides)))
+    home, _ = nearest_faces(corners, triangles, witnesses, near=near)
+    tail, head = sides(triangles)
+    squares = np.sum((corners[head] - corners[tail]) ** 2, axis=1)
+    least = _LEAST_GAIN * float(np.mean(squares))
     changed = np.ones(len(triangles), dtype=bool)
     for _ in range(max_rounds):
         quads = _quads(triangles)
@@ -98,8 +107,38 @@ class _Quads:
         return _Quads(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
 
+def nearest_vertices(
+    vertices: FloatArray, faces: IntArray, points: FloatArray, *, neighbours: int = 4
+) -> IntArray:
+    """Return for each point the nearest of the vertices that are corners, nearest first.
+
+    Parameters
+    ----------
+    vertices, faces : numpy.ndarray, shapes (V, 3) and (F, 3)
+    points : numpy.ndarray, shape (N, 3)
+    neighbours : int
+        How many; as many as there are, for smaller meshes.
+
+    Returns
+    -------
+    numpy.ndarray, shape (N, k), int64
+    """
+    from scipy.spatial import cKDTree
+
+    used = np.unique(faces)
+    count = min(neighbours, len(used))
+    # Ranks, not a number: for one neighbour, too, the answer has a column for each.
+    found = cKDTree(vertices[used]).query(points, k=np.arange(1, count + 1), workers=-1)[1]
+    return np.asarray(used[found])
+
+
 def nearest_faces(
-    vertices: FloatArray, faces: IntArray, points: FloatArray, *, neighbours: int = 3
+    vertices: FloatArray,
+    faces: IntArray,
+    points: FloatArray,
+    *,
+    near: IntArray | None = None,
+    neighbours: int = 3,
 ) -> tuple[IntArray, FloatArray]:
     """Return for each point a face that is nearer than all beside it.
 
@@ -110,6 +149,8 @@ def nearest_faces(
     ----------
     vertices, faces : numpy.ndarray, shapes (V, 3) and (F, 3)
     points : numpy.ndarray, shape (N, 3)
+    near : numpy.ndarray, shape (N, k), int64, optional
+        What :func:`nearest_vertices` says of these points, if that is known already.
     neighbours : int
         How many of the nearest vertices have their faces tried.
 
@@ -119,13 +160,11 @@ def nearest_faces(
     gap : numpy.ndarray, shape (N,), float64
         Squared distance to it.
     """
-    from scipy.spatial import cKDTree
-
     if not len(points):
         return np.empty(0, dtype=np.int64), np.empty(0)
-    used = np.unique(faces)
-    near = cKDTree(vertices[used]).query(points, k=min(neighbours, len(used)), workers=-1)[1]
-    near = used[near.reshape(len(points), -1)]
+    if near is None:
+        near = nearest_vertices(vertices, faces, points, neighbours=neighbours)
+    near = near[:, :neighbours]
     order = np.argsort(faces.ravel(), kind="stable")
     start = np.searchsorted(faces.ravel()[order], np.arange(len(vertices) + 1))
     home = np.full(len(points), -1, dtype=np.int64)
@@ -184,11 +223,9 @@ def _walk(
 
 def _quads(faces: IntArray) -> _Quads:
     """Find the edges between exactly two faces that run through them in opposite directions."""
-    tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    tail, head = sides(faces)
     apex = np.roll(faces, -2, axis=1).ravel()
-    low, high = np.minimum(tail, head), np.maximum(tail, head)
-    size = int(faces.max()) + 1
-    key = low * size + high
+    key = edge_keys(tail, head, int(faces.max()) + 1)
     order = np.argsort(key, kind="stable")
     key = key[order]
     first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
@@ -205,10 +242,8 @@ def _quads(faces: IntArray) -> _Quads:
 def _may_flip(quads: _Quads, vertices: FloatArray, faces: IntArray) -> npt.NDArray[np.bool_]:
     """Tell which flips keep the mesh a mesh: no edge twice, no triangle folded over."""
     size = len(vertices)
-    tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    edges = np.unique(np.minimum(tail, head) * size + np.maximum(tail, head))
-    wanted = np.minimum(quads.c, quads.d) * size + np.maximum(quads.c, quads.d)
-    free = ~np.isin(wanted, edges) & (quads.c != quads.d)
+    edges = np.unique(edge_keys(*sides(faces), size))
+    free = ~np.isin(edge_keys(quads.c, quads.d, size), edges) & (quads.c != quads.d)
     a, b, c, d = (vertices[index] for index in (quads.a, quads.b, quads.c, quads.d))
     before = np.cross(b - a, c - a) + np.cross(a - b, d - b)
     upright = np.ones(len(a), dtype=bool)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .flips import nearest_faces
+from .edges import edge_keys, sides
+from .flips import nearest_faces, nearest_vertices
 from .validation import FloatArray, IntArray, check_points
 
 #: Share of the points expected on a triangle, by the density around, that must be there.
@@ -20,7 +21,12 @@ _FEW = 3.0
 
 
 def close_holes(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike, *, max_edges: int = 64
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    points: npt.ArrayLike,
+    *,
+    near: IntArray | None = None,
+    max_edges: int = 64,
 ) -> IntArray:
     """Close holes of a triangle mesh across which the original points lie.
 
@@ -30,6 +36,9 @@ def close_holes(
     faces : array_like, shape (F, 3), of integers
     points : array_like, shape (N, 3)
         The original points, in the unit of the vertices.
+    near : numpy.ndarray, shape (N, k), int64, optional
+        What :func:`~meshlab_filter.flips.nearest_vertices` says of these points, if that is known
+        already.
     max_edges : int
         Holes with more edges stay as they are.
 
@@ -65,8 +74,11 @@ def close_holes(
     loops = [loop for loop in boundary_loops(triangles) if len(loop) <= max_edges]
     if not loops:
         return triangles
-    known = _edge_keys(triangles, len(corners))
-    evidence = _Evidence(corners, triangles, cloud, np.unique(np.concatenate(loops)))
+    known = np.unique(edge_keys(*sides(triangles), len(corners)))
+    if near is None:
+        near = nearest_vertices(corners, triangles, cloud)
+    rim = np.unique(np.concatenate(loops))
+    evidence = _Evidence(corners, triangles, cloud, near, rim)
     added = [triangles]
     for loop in loops:
         patch = triangulate(corners, loop, known)
@@ -77,7 +89,7 @@ def close_holes(
         single = len(patch) == 1 and not (np.sort(triangles, axis=1) == np.sort(patch)).all(1).any()
         if single or evidence.supports(patch):
             added.append(patch)
-            known = np.union1d(known, _edge_keys(patch, len(corners)))
+            known = np.union1d(known, edge_keys(*sides(patch), len(corners)))
     return np.vstack(added)
 
 
@@ -98,10 +110,9 @@ def boundary_loops(faces: IntArray) -> list[IntArray]:
     >>> [loop.tolist() for loop in boundary_loops(np.array([[0, 1, 2], [0, 2, 3]]))]
     [[0, 3, 2, 1]]
     """
-    tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    size = int(faces.max()) + 1 if len(faces) else 0
-    low, high = np.minimum(tail, head), np.maximum(tail, head)
-    _, place, count = np.unique(low * size + high, return_index=True, return_counts=True)
+    tail, head = sides(faces)
+    keys = edge_keys(tail, head, int(faces.max()) + 1 if len(faces) else 0)
+    _, place, count = np.unique(keys, return_index=True, return_counts=True)
     single = np.sort(place[count == 1])
     # The new face runs through the edge the other way.
     begin, end = head[single], tail[single]
@@ -145,8 +156,7 @@ def triangulate(vertices: FloatArray, loop: IntArray, known: IntArray) -> IntArr
     n = len(loop)
     place = vertices[loop]
     first, last = np.meshgrid(loop, loop, indexing="ij")
-    keys = np.minimum(first, last) * len(vertices) + np.maximum(first, last)
-    barred = np.isin(keys, known)
+    barred = np.isin(edge_keys(first, last, len(vertices)), known)
     cost = np.full((n, n), np.inf)
     best = np.zeros((n, n), dtype=np.int64)
     cost[np.arange(n - 1), np.arange(1, n)] = 0.0
@@ -176,26 +186,26 @@ def triangulate(vertices: FloatArray, loop: IntArray, known: IntArray) -> IntArr
     return np.array(out, dtype=np.int64)
 
 
-def _edge_keys(faces: IntArray, size: int) -> IntArray:
-    tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    return np.unique(np.minimum(tail, head) * size + np.maximum(tail, head))
-
-
 class _Evidence:
     """The original points, asked whether a patch is missing from a mesh."""
 
     def __init__(
-        self, vertices: FloatArray, faces: IntArray, points: FloatArray, rim: IntArray
+        self,
+        vertices: FloatArray,
+        faces: IntArray,
+        points: FloatArray,
+        near: IntArray,
+        rim: IntArray,
     ) -> None:
         from scipy.spatial import cKDTree
 
         self.vertices, self.points = vertices, points
         self.tree = cKDTree(points)
         # Points in a hole have its rim near; the mesh has all the others.
-        near = cKDTree(vertices).query(points, k=min(4, len(vertices)), workers=-1)[1]
-        beside = np.isin(near.reshape(len(points), -1), rim).any(axis=1)
+        beside = np.isin(near, rim).any(axis=1)
         self.gap = np.zeros(len(points))
-        self.gap[beside] = np.sqrt(nearest_faces(vertices, faces, points[beside])[1])
+        found = nearest_faces(vertices, faces, points[beside], near=near[beside])[1]
+        self.gap[beside] = np.sqrt(found)
 
     def supports(self, patch: IntArray) -> bool:
         """Tell whether points that the mesh misses lie on at least half of a patch's area."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .edges import edge_keys, sides
 from .errors import InvalidCloudError, InvalidParameterError
 from .validation import FloatArray, check_points
 
@@ -36,14 +37,7 @@ def median_spacing(points: npt.ArrayLike, *, neighbours: int = 6) -> float:
     >>> median_spacing([[0, 0, 0], [1, 0, 0], [2, 0, 0]], neighbours=1)
     1.0
     """
-    from scipy.spatial import cKDTree
-
-    array = check_points(points)
-    nearest = min(neighbours, len(array) - 1)
-    if nearest < 1:
-        return 0.0
-    found, _ = cKDTree(array).query(array, k=nearest + 1, workers=-1)
-    return float(np.median(found[:, 1:].mean(axis=1)))
+    return spacing_and_regularity(points, neighbours=neighbours)[0]
 
 
 def regularity(points: npt.ArrayLike, *, neighbours: int = 6) -> float:
@@ -68,13 +62,44 @@ def regularity(points: npt.ArrayLike, *, neighbours: int = 6) -> float:
     >>> regularity([[0, 0, 0], [1, 0, 0], [3, 0, 0]])
     0.6667
     """
+    array = check_points(points, minimum=2)
+    return spacing_and_regularity(array, neighbours=neighbours)[1]
+
+
+def spacing_and_regularity(points: npt.ArrayLike, *, neighbours: int = 6) -> tuple[float, float]:
+    """Return :func:`median_spacing` and :func:`regularity`, from one search for neighbours.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 3)
+        In any unit of length.
+    neighbours : int
+        How many neighbours count; as many as there are, for smaller clouds.
+
+    Returns
+    -------
+    spacing : float
+        In the unit of the points.
+    regularity : float
+        Both are 0 for a single point.
+
+    Examples
+    --------
+    >>> spacing, even = spacing_and_regularity([[0, 0, 0], [1, 0, 0], [3, 0, 0]])
+    >>> spacing, round(even, 3)
+    (2.0, 0.667)
+    """
     from scipy.spatial import cKDTree
 
-    array = check_points(points, minimum=2)
+    array = check_points(points)
     nearest = min(neighbours, len(array) - 1)
+    if nearest < 1:
+        return 0.0, 0.0
     found = cKDTree(array).query(array, k=nearest + 1, workers=-1)[0][:, 1:]
     mean = found.mean(axis=1)
-    return float(np.median(found[mean > 0, 0] / mean[mean > 0])) if mean.any() else 0.0
+    apart = mean > 0
+    even = float(np.median(found[apart, 0] / mean[apart])) if apart.any() else 0.0
+    return float(np.median(mean)), even
 
 
 def summarise_errors(
@@ -203,9 +228,9 @@ def edge_defects(faces: npt.ArrayLike) -> dict[str, int]:
     from scipy.sparse.csgraph import connected_components
 
     triangles = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
-    edges = np.sort(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]))
-    unique, counts = np.unique(edges, axis=0, return_counts=True)
-    boundary = unique[counts == 1]
+    vertices = int(triangles.max()) + 1 if len(triangles) else 1
+    keys, counts = np.unique(edge_keys(*sides(triangles), vertices), return_counts=True)
+    boundary = np.column_stack(np.divmod(keys[counts == 1], vertices))
     holes = 0
     if len(boundary):
         _, ends = np.unique(boundary, return_inverse=True)
