@@ -154,9 +154,7 @@ def measure(scan: Scan, kept: IntArray, *, surface: str, fit: bool = False) -> M
     """
     points, origin = scan.cloud.points, scan.origin
     meshset = import_pymeshlab().MeshSet(verbose=False)
-    add_layer(meshset, points - origin, name="original")
-    original = meshset.current_mesh_id()
-    add_layer(meshset, points[kept] - origin, normals=scan.normals[kept], name="surface")
+    add_layer(meshset, points[kept] - origin, normals=scan.normals[kept])
     reconstruction = reconstruct(meshset, surface=surface)
     mesh = meshset.current_mesh()
     if surface != "none" and mesh.face_number() == 0:
@@ -164,20 +162,57 @@ def measure(scan: Scan, kept: IntArray, *, surface: str, fit: bool = False) -> M
             f"MeshLab found no triangle through the {len(kept)} points; they may be too few or "
             "lie on a line (use --surface none to measure against the points themselves)."
         )
-    vertices = points[kept] if surface != "screened-poisson" else mesh.vertex_matrix() + origin
+    own = surface != "screened-poisson"
+    centred = points[kept] - origin if own else mesh.vertex_matrix()
     faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
     # With every point a vertex there is nothing to fit to.
     reconstruction["fitted"] = fit and surface in THROUGH_POINTS and len(kept) < len(points)
     if reconstruction["fitted"]:
-        faces = fit_surface(points[kept] - origin, faces, points - origin)
-        add_layer(meshset, points[kept] - origin, faces=faces, name="fitted")
-        mesh = meshset.current_mesh()
+        faces = fit_surface(centred, faces, points - origin)
     return Measured(
-        points=vertices,
+        points=points[kept] if own else centred + origin,
         faces=faces,
-        distances=distances(meshset, original, mesh.id()),
+        distances=distances_to(centred, faces, points - origin, kept=kept if own else None),
         reconstruction=reconstruction,
     )
+
+
+def distances_to(
+    vertices: FloatArray, faces: IntArray, points: FloatArray, *, kept: IntArray | None = None
+) -> FloatArray:
+    """Return how far points are from a surface, by MeshLab.
+
+    Parameters
+    ----------
+    vertices, faces : numpy.ndarray, shapes (V, 3) and (F, 3)
+        The surface; without faces, its vertices are taken.
+    points : numpy.ndarray, shape (N, 3)
+        In the unit of the vertices.
+    kept : numpy.ndarray, shape (V,), int64, optional
+        Which of the points the vertices are. Corners of the surface lie on it, so that MeshLab is
+        asked only for the other points.
+
+    Returns
+    -------
+    numpy.ndarray, shape (N,), float64
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> points = np.vstack([corners, [[0.2, 0.2, 3]]])
+    >>> distances_to(corners, np.array([[0, 1, 2]]), points, kept=np.arange(3))
+    array([0., 0., 0., 3.])
+    """
+    away = np.ones(len(points), dtype=bool)
+    if kept is not None:
+        away[kept[np.unique(faces)] if len(faces) else kept] = False
+    found = np.zeros(len(points))
+    if away.any():
+        meshset = import_pymeshlab().MeshSet(verbose=False)
+        add_layer(meshset, points[away])
+        add_layer(meshset, vertices, faces=faces if len(faces) else None)
+        found[away] = distances(meshset, 0, 1)
+    return found
 
 
 def worst_near(points: FloatArray, cloud: FloatArray, found: FloatArray) -> FloatArray:
@@ -203,9 +238,10 @@ def worst_near(points: FloatArray, cloud: FloatArray, found: FloatArray) -> Floa
     """
     from scipy.spatial import cKDTree
 
-    _, nearest = cKDTree(points).query(cloud, workers=-1)
     worst = np.zeros(len(points))
-    np.maximum.at(worst, nearest, found)
+    away = found > 0
+    _, nearest = cKDTree(points).query(cloud[away], workers=-1)
+    np.maximum.at(worst, nearest, found[away])
     return worst
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .bridge.check import check_layer, check_script
-from .bridge.distance import distances
 from .bridge.layer import add_layer
 from .bridge.script import ScriptRun, check_ranked, run_script
 from .bridge.session import import_pymeshlab, load
@@ -20,7 +19,7 @@ from .errors import PresetError
 from .files import FileSummary
 from .fitting import fit_surface
 from .htmlreport import check_html
-from .measure import Measured, Outcome, Scan, prepare
+from .measure import Measured, Outcome, Scan, distances_to, prepare
 from .methods.ranking import Ranking
 from .mlx import FilterScript
 from .presets import open_script
@@ -281,13 +280,10 @@ def _measure(scripted: Scripted, scan: Scan, *, fit: bool = False) -> Measured:
     fit = fit and len(faces) > 0
     if fit:
         faces = fit_surface(centred, faces, cloud)
-    meshset = import_pymeshlab().MeshSet(verbose=False)
-    add_layer(meshset, cloud)
-    add_layer(meshset, centred, faces=faces if len(faces) else None)
     return Measured(
         points=vertices,
         faces=faces,
-        distances=distances(meshset, 0, 1),
+        distances=distances_to(centred, faces, cloud, kept=None if own else indices),
         reconstruction={
             "surface": "script" if len(faces) else "none",
             "spacing": None,

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .bridge.collapse import collapse
-from .bridge.distance import distances
 from .bridge.layer import add_layer
 from .bridge.session import import_pymeshlab
 from .bridge.surface import THROUGH_POINTS, reconstruct
 from .errors import InvalidParameterError, MeshLabError
-from .measure import Measured, Scan
+from .measure import Measured, Scan, distances_to
 from .simplification import Simplification
 from .validation import FloatArray, IntArray
 
@@ -54,8 +53,7 @@ def simplify_surface(
         )
     points = scan.cloud.points - scan.origin
     meshset = import_pymeshlab().MeshSet(verbose=False)
-    add_layer(meshset, points, name="original")
-    add_layer(meshset, points, normals=scan.normals, name="surface")
+    add_layer(meshset, points, normals=scan.normals)
     reconstruction = reconstruct(meshset, surface=surface)
     reconstruction["fitted"] = False
     mesh = meshset.current_mesh()
@@ -76,10 +74,11 @@ def simplify_surface(
         parameters={"move": move},
         asked=count,
     )
+    faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
     measured = Measured(
         points=vertices + scan.origin if move else scan.cloud.points[indices],
-        faces=np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3),
-        distances=distances(meshset, 0, mesh.id()),
+        faces=faces,
+        distances=distances_to(vertices, faces, points, kept=None if move else indices),
         reconstruction=reconstruction,
     )
     return result, measured
