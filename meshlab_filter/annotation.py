@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .bridge.surface import PASSES
+from .bridge.surface import pass_factors
 from .cloud import Cloud, check_readable, check_writable, write_cloud
 from .colormap import colorize
 from .errors import OutputError, PresetError
@@ -151,10 +151,11 @@ def annotate_file(
                 f"The preset's cut leaves too few points to fit its radii to. Given: {cut:g}, "
                 f"which leaves {kept.sum()}."
             )
-        spacing = median_spacing(scan.cloud.points[kept])
+        left = scan.cloud.points[kept]
+        spacing = median_spacing(left)
         fitted = fit(
             replace(read, instruction=recipe.instruction()),
-            radii=[factor * spacing for factor in PASSES],
+            radii=[factor * spacing for factor in pass_factors(left)],
             diagonal=scan.cloud.diagonal,
         )
     write_cloud(_binary(scan.cloud), target, comments=lines, extra=columns, overwrite=overwrite)

@@ -11,7 +11,9 @@ import pytest
 import meshlab_filter as mf
 from meshlab_filter import mlx, presets
 from meshlab_filter.annotation import annotate_file
+from meshlab_filter.bridge import surface
 from meshlab_filter.bridge.session import import_pymeshlab
+from meshlab_filter.bridge.surface import IRREGULAR_PASSES, PASSES
 from meshlab_filter.errors import InvalidParameterError, OutputError, PresetError
 from meshlab_filter.explain import explain
 from meshlab_filter.files import simplify_file
@@ -220,6 +222,19 @@ def test_annotate_twice_is_the_same(scan, tmp_path):
                       script=tmp_path / f"{name}.mlx")  # fmt: skip
     assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
     assert (tmp_path / "a.mlx").read_bytes() == (tmp_path / "b.mlx").read_bytes()
+
+
+@pytest.mark.parametrize(("many", "factors"), [(700, PASSES), (600, IRREGULAR_PASSES)])
+def test_annotate_fits_the_radii_of_a_run(scan, tmp_path, monkeypatch, many, factors):
+    """The preset's copy has the radii that a run takes for the points that stay."""
+    monkeypatch.setattr(surface, "_MANY", many)
+    done = annotate_file(scan, tmp_path / "a.ply", script=tmp_path / "a.mlx")
+    quality = vertices(tmp_path / "a.ply")["quality"]
+    fitted = mlx.read(tmp_path / "a.mlx")
+    left = mf.read_cloud(scan).points[quality >= cut_of(fitted)]
+    assert len(left) == done.left > 600
+    radii = [f["BallRadius"].value for f in fitted if "BallRadius" in f.values()]
+    npt.assert_allclose(radii, np.multiply(factors, mf.median_spacing(left)))
 
 
 def test_annotate_refuses(scan, tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from meshlab_filter.bridge.surface import PASSES, pass_factors
+from meshlab_filter.bridge.surface import IRREGULAR_PASSES, PASSES, pass_factors
 from meshlab_filter.quality import regularity
 
 
@@ -20,10 +20,10 @@ def sphere(size, *, even):
 
 @pytest.mark.parametrize(
     ("size", "even", "passes"),
-    [(20_001, False, PASSES[1:]), (20_000, False, PASSES), (20_001, True, PASSES)],
+    [(20_001, False, IRREGULAR_PASSES), (20_000, False, PASSES), (20_001, True, PASSES)],
 )
 def test_small_radius_is_for_even_or_small_clouds(size, even, passes):
-    """Only large clouds of points thrown at random go without the smallest radius."""
+    """Only large clouds of points thrown at random begin with a larger radius."""
     assert pass_factors(sphere(size, even=even)) == passes
 
 

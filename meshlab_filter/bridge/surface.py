@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidCloudError, InvalidParameterError
-from ..quality import median_spacing, regularity
+from ..quality import regularity, spacing_and_regularity
 from ..validation import check_choice
 from .layer import current_normals, current_points
 from .session import import_pymeshlab, stage
@@ -28,8 +28,10 @@ LARGEST_EXTENT = 1e9
 
 #: Radii of the ball-pivoting passes, in median spacings of the points.
 PASSES = (1.0, 1.5, 2.5, 4.0)
-# Among points this irregular a ball of one spacing falls through so often that, in large clouds,
-# MeshLab spends nearly all its time searching the edges left open: the square of their number.
+#: The same for large clouds of points as irregular as if thrown at random. A ball of one spacing
+#: falls through so often there that MeshLab spends nearly all its time searching the edges left
+#: open, for every new face all of them.
+IRREGULAR_PASSES = (1.6, 2.5)
 _IRREGULAR, _MANY = 0.55, 20_000
 
 
@@ -67,17 +69,20 @@ def pass_factors(points: npt.ArrayLike) -> tuple[float, ...]:
     Returns
     -------
     tuple of float
-        ``PASSES``, without the first in clouds of more than 20 000 points as irregular as if
-        thrown at random (:func:`meshlab_filter.quality.regularity` below 0.55). Scans are not.
+        ``PASSES``, or ``IRREGULAR_PASSES`` in clouds of more than 20 000 points as irregular as
+        if thrown at random (:func:`meshlab_filter.quality.regularity` below 0.55). Scans are not.
 
     Examples
     --------
     >>> pass_factors([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     (1.0, 1.5, 2.5, 4.0)
     """
-    if np.shape(points)[0] > _MANY and regularity(points) < _IRREGULAR:
-        return PASSES[1:]
-    return PASSES
+    size = np.shape(points)[0]
+    return _factors(size, regularity(points) if size > _MANY else 1.0)
+
+
+def _factors(size: int, even: float) -> tuple[float, ...]:
+    return IRREGULAR_PASSES if size > _MANY and even < _IRREGULAR else PASSES
 
 
 def reconstruct(
@@ -116,7 +121,8 @@ def reconstruct(
     """
     check_choice(surface, name="surface", choices=SURFACES)
     points = current_points(meshset)
-    spacing, extent = median_spacing(points), float(np.ptp(points, axis=0).max())
+    spacing, even = spacing_and_regularity(points)
+    extent = float(np.ptp(points, axis=0).max())
     if 0 < LARGEST_EXTENT * spacing < extent:
         raise InvalidCloudError(
             "Points are too far from the others for MeshLab to measure distances; remove the "
@@ -144,7 +150,7 @@ def reconstruct(
                 ballradius=pure(0), clustering=20, creasethr=90, deletefaces=False
             )
         else:
-            passes = pass_factors(points) if passes is None else passes
+            passes = _factors(len(points), even) if passes is None else passes
             if not passes or min(passes) <= 0:
                 raise InvalidParameterError(
                     f"Invalid passes. Must be positive radii. Given: {list(passes)}."
