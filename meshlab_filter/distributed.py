@@ -29,7 +29,7 @@ from .errors import (
 )
 from .lasfile import import_laspy, las_errors, not_copc, provenance_header
 from .methods.cluster_entropy import how_many_to_delete, target_of
-from .methods.registry import get_method
+from .methods.registry import Method, get_method
 from .outputs import writing
 from .provenance import comments, fingerprint, versions
 from .quality import median_spacing
@@ -200,6 +200,14 @@ def _discard(folder: Path) -> None:
     shutil.rmtree(gone, ignore_errors=True)
 
 
+def _try(method: Method, parameters: dict[str, Any]) -> None:
+    """Rank a few points, so that a value out of range is refused before tiles are cut."""
+    trial = {name: value for name, value in parameters.items() if name != "delete"}
+    if "clusters" in trial:
+        trial |= {"clusters": 2, "delete": 1}
+    method.load()(np.random.default_rng(0).random((40, 3)), **trial)
+
+
 class _Job:
     """What is to be done with a file, and the key under which it can be gone on with."""
 
@@ -249,6 +257,7 @@ class _Job:
                 "Invalid target. Method adaptive needs the number or share of points to keep. "
                 "Given: neither count nor keep."
             )
+        _try(known, parameters)
         seed = check_integer(seed, name="seed", minimum=0)
         if tiles == "auto":
             tiles = -(-size // _TILE_POINTS)

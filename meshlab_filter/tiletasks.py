@@ -146,8 +146,12 @@ def keep_adaptive(folder: str, number: int, parameters: dict[str, Any]) -> int:
         return budget
     records = _records(Path(folder), number)
     points = records["cell"] * np.asarray(parameters["scales"])
+    # What is left then has no more own points than stay; the last to go make up their number.
     ranking = adaptive.rank(
-        points, seed=tile_seed(parameters["seed"], number), **parameters["options"]
+        points,
+        count=max(budget, 1),
+        seed=tile_seed(parameters["seed"], number),
+        **parameters["options"],
     )
     own = np.flatnonzero(records["own"])
     best = own[np.argsort(ranking.rank[own])[len(own) - budget :]]

@@ -109,6 +109,23 @@ def test_one_tile_is_the_untiled_method(source, client, tmp_path):
     npt.assert_array_equal(kept(tmp_path / "out.las"), whole.indices)
 
 
+def test_a_tile_is_ranked_no_further_than_it_need_be(source, client, tmp_path, monkeypatch):
+    """Ranked to the last point, each tile keeps the same of its own points."""
+    rank, counts = tiletasks.adaptive.rank, []
+
+    def to_the_last(points, *, count=None, **options):
+        counts.append(count)
+        return rank(points, **options)
+
+    options = {"tiles": 4, "scheduler": client, "count": 800}
+    monkeypatch.setattr(tiletasks, "pilot_tile_shares", lambda folder, parameters: [1, 2, 3, 4])
+    simplify_tiles(source, tmp_path / "early.las", **options)
+    monkeypatch.setattr(tiletasks.adaptive, "rank", to_the_last)
+    simplify_tiles(source, tmp_path / "whole.las", **options)
+    npt.assert_array_equal(kept(tmp_path / "early.las"), kept(tmp_path / "whole.las"))
+    assert {114, 171, 229, 286} <= set(counts)
+
+
 def test_clusters_are_ranked_over_all_tiles(source, client, tmp_path, monkeypatch):
     """The clusters deleted are the lowest of all tiles; totals are as asked."""
     gathered = []
@@ -325,6 +342,34 @@ def test_invalid_parameters(source, client, tmp_path, options, message):
     options = {"delete": 20, "scheduler": client, "tiles": 2, **options}
     with pytest.raises(InvalidParameterError, match=message):
         simplify_tiles(source, tmp_path / "out.las", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"delete": 20, "k": 0}, "Invalid k"),
+        ({"delete": 20, "init": "corners"}, "Invalid init"),
+        ({"delete": 20, "max_iter": 0}, "Invalid max_iter"),
+        ({"delete": 20, "tol": -1.0}, "Invalid tol"),
+        ({"delete": 20, "definition": "raw entropy"}, "Invalid definition"),
+        ({"delete": 20, "keep_representative": "perhaps"}, "Invalid keep_representative"),
+        ({"keep": 0.1, "evenness": -0.1}, "Invalid evenness"),
+        ({"keep": 0.1, "crease_safety": "much"}, "Invalid crease_safety"),
+        ({"keep": 0.1, "noisy": "perhaps"}, "Invalid noisy"),
+    ],
+)
+def test_values_are_checked_before_the_source_is_streamed(
+    source, client, tmp_path, options, message
+):
+    """A value out of range is refused before anything is sampled or cut."""
+    stages = []
+    with pytest.raises(InvalidParameterError, match=message):
+        simplify_tiles(
+            source, tmp_path / "out.las", tiles=2, scheduler=client, **options,
+            progress=lambda stage, share: stages.append(stage),
+        )  # fmt: skip
+    assert stages == []
     assert list(tmp_path.iterdir()) == []
 
 

@@ -17,7 +17,14 @@ import numpy.typing as npt
 
 from ..neighbourhood import Neighbourhood
 from ..normals import estimate_normals, smooth_to_tangent_planes, unit_normals
-from ..validation import FloatArray, IntArray, check_integer, check_number, check_points
+from ..validation import (
+    FloatArray,
+    IntArray,
+    check_integer,
+    check_number,
+    check_points,
+    check_switch,
+)
 from ..witnesses import Witnesses
 from .ranking import Ranking
 
@@ -124,6 +131,7 @@ def rank(
     stop = 0 if count is None else left
     evenness = check_number(evenness, name="evenness", minimum=0)
     crease_safety = check_number(crease_safety, name="crease_safety", minimum=0)
+    noisy = check_switch(noisy, name="noisy")
     seed = check_integer(seed, name="seed", minimum=0)
 
     order = _near_in_memory(cloud)
