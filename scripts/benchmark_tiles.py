@@ -1,14 +1,16 @@
 """Measure what tiling costs and what it changes; write it to BENCHMARK.md.
 
-A cloud of many copies of one model is simplified tile by tile in one process, whose peak memory is
-taken; and a smaller one is simplified whole and in tiles, next to whole from another seed, which
-is how far two runs of the same method are apart anyway.
+A cloud of many copies of one model is simplified tile by tile in one process, by cluster entropy
+and by the adaptive method, and the peak memory of each is taken; and a smaller one is simplified
+whole and in tiles, next to whole from another seed, which is how far two runs of the same method
+are apart anyway.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -30,6 +32,8 @@ from meshlab_filter.tiletasks import tile_seed
 MARKS = ("<!-- tiles:begin -->", "<!-- tiles:end -->")
 COPY = 500_000
 DELETE = 0.074
+#: What each method is asked for.
+ASKED = {"cluster-entropy": {"delete": DELETE}, "adaptive": {"keep": 0.1}}
 
 
 def write_las(path: Path, size: int) -> None:
@@ -50,15 +54,16 @@ def write_las(path: Path, size: int) -> None:
             writer.write_points(rows)
 
 
-def run_tiles(path: str) -> dict[str, float]:
+def run_tiles(path: str, method: str) -> dict[str, float]:
     """Simplify a file in this process."""
-    before, begin = peak_bytes(), time.perf_counter()
+    before, begin, processor = peak_bytes(), time.perf_counter(), time.process_time()
     report = simplify_tiles(
-        path, f"{path}.out.laz", delete=DELETE, scheduler="threads",
+        path, f"{path}.out.laz", method=method, scheduler="threads", **ASKED[method],
         progress=lambda stage, share: print(stage, share, file=sys.stderr),
     )  # fmt: skip
     return {
         "seconds": time.perf_counter() - begin,
+        "cpu": time.process_time() - processor,
         "peak": peak_bytes(),
         "before": before,
         "tiles": report["tiles"],
@@ -106,38 +111,56 @@ def compare(size: int) -> list[str]:
     return rows
 
 
+def measure(path: Path, size: int, method: str) -> str:
+    """Take the figures of one method in a fresh process and return them as a row."""
+    write_las(path, size)
+    command = [sys.executable, __file__, "--measure", str(path), method]
+    output = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
+    found = json.loads(output.splitlines()[-1])
+    millions = size / 1e6
+    row = (
+        f"| {method} | {size} | {found['tiles']} | {found['kept']} "
+        f"| {found['before'] / 2**30:.2f} | {found['peak'] / 2**30:.2f} "
+        f"| {found['seconds'] / millions:.1f} | {found['cpu'] / millions:.1f} |"
+    )
+    print(row, flush=True)
+    return row
+
+
 def main() -> None:
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--size", type=int, default=20_000_000)
+    parser.add_argument("--size", type=int, default=20_000_000, help="by cluster entropy")
+    parser.add_argument("--adaptive-size", type=int, default=5_000_000)
     parser.add_argument("--compare-size", type=int, default=200_000)
     parser.add_argument("--folder", type=Path, help="where the large files go for the while")
     parser.add_argument("--out", type=Path, default=Path("BENCHMARK.md"))
-    parser.add_argument("--measure", help=argparse.SUPPRESS)
+    parser.add_argument("--measure", nargs=2, metavar=("FILE", "METHOD"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.measure:
-        print(json.dumps(run_tiles(arguments.measure)))
+        print(json.dumps(run_tiles(*arguments.measure)))
         return
-    rows = compare(arguments.compare_size)
+    sizes = {"cluster-entropy": arguments.size, "adaptive": arguments.adaptive_size}
     with tempfile.TemporaryDirectory(dir=arguments.folder) as folder:
         path = Path(folder) / "cloud.las"
-        write_las(path, arguments.size)
-        command = [sys.executable, __file__, "--measure", str(path)]
-        output = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
-    large = json.loads(output.splitlines()[-1])
+        large = [measure(path, size, method) for method, size in sizes.items()]
     section = "\n".join(
         [
             MARKS[0],
             "## Tiles",
             "",
-            f"`python scripts/benchmark_tiles.py`; {versions()}.",
+            f"`python scripts/benchmark_tiles.py`; {versions()}. Load of the machine at the end: "
+            f"{os.getloadavg()[1]:.0f} processes.",
             "",
-            f"{arguments.size} points of tiled models, cluster-entropy, {large['tiles']} tiles on "
-            f"threads of one process: {large['peak'] / 2**30:.2f} GB resident at the peak "
-            f"({large['before'] / 2**30:.2f} GB of it before the first point is read), "
-            f"{large['seconds']:.0f} s, "
-            f"{1e6 * large['seconds'] / arguments.size:.1f} s a million points; "
-            f"{large['kept']} points stay.",
+            f"Tiled models, tile by tile on threads of one process; cluster-entropy deletes "
+            f"{ASKED['cluster-entropy']['delete']:.1%} of the clusters, adaptive keeps "
+            f"{ASKED['adaptive']['keep']:.0%} of the points. Memory is resident, before the first "
+            "point is read and at the peak; processor time is summed over cores.",
+            "",
+            "| method | points | tiles | points that stay | before (GB) | peak (GB) "
+            "| s a million points | of the processor |",
+            "|---|---|---|---|---|---|---|---|",
+            *large,
             "",
             f"How far tiles are from the whole cloud, {arguments.compare_size} points, "
             f"{DELETE:.1%} of the clusters deleted. Entropy order is Spearman's correlation of the "
@@ -146,7 +169,7 @@ def main() -> None:
             "",
             "| run | inertia | entropy order | removed | the same | mean gap | largest gap |",
             "|---|---|---|---|---|---|---|",
-            *rows,
+            *compare(arguments.compare_size),
             MARKS[1],
         ]
     )
