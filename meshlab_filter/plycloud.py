@@ -106,21 +106,27 @@ class PlyRecords:
         extra: Mapping[str, npt.NDArray[np.generic]],
         kinds: Mapping[str, str],
     ) -> bytes:
-        rows = [self.records[index] for index in indices]
         chosen = {name: values[indices] for name, values in extra.items()}
         if not self.header.order:
             texts = zip(*(map(repr, values.tolist()) for values in chosen.values()))
             ends = ("".join(f" {text}" for text in row).encode() for row in texts)
             newline = self.header.newline
-            return b"".join(row.rstrip() + end + newline for row, end in zip(rows, ends))
+            lines = (self.records[index] for index in indices)
+            return b"".join(row.rstrip() + end + newline for row, end in zip(lines, ends))
         tail = np.empty(
-            len(rows), dtype=[(name, self.header.order + kind) for name, kind in kinds.items()]
+            len(indices), dtype=[(name, self.header.order + kind) for name, kind in kinds.items()]
         )
         for name, values in chosen.items():
             tail[name] = values
+        rows = self.records.rows()
+        if rows is not None:
+            wide = np.empty(len(indices), dtype=[("own", rows.dtype), ("tail", tail.dtype)])
+            wide["own"], wide["tail"] = rows[indices], tail
+            return wide.tobytes()
         size, tails = tail.itemsize, tail.tobytes()
         return b"".join(
-            row + tails[at : at + size] for row, at in zip(rows, range(0, len(tails), size))
+            self.records[index] + tails[at : at + size]
+            for index, at in zip(indices, range(0, len(tails), size))
         )
 
 

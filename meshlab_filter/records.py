@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from .validation import IntArray
 
@@ -49,11 +50,27 @@ class ByteRecords:
     def __getitem__(self, index: int) -> bytes:
         return self.body[self.starts[index] : self.ends[index]]
 
+    def rows(self) -> npt.NDArray[np.void] | None:
+        """Return the records as one array, shape (N,), of raw bytes.
+
+        None if they are not equally long and one right after the other.
+        """
+        sizes = self.ends - self.starts
+        if not len(sizes) or not sizes[0]:
+            return None
+        size, first = int(sizes[0]), int(self.starts[0])
+        if (sizes != size).any() or (np.diff(self.starts) != size).any():
+            return None
+        return np.frombuffer(self.body, f"V{size}", count=len(sizes), offset=first)
+
     def only(self, indices: IntArray) -> ByteRecords:
         """Return some of the records, in that order."""
         return ByteRecords(self.body, self.starts[indices], self.ends[indices])
 
     def take(self, indices: IntArray) -> bytes:
         """Return the bytes of some of the records, one after the other."""
+        rows = self.rows()
+        if rows is not None:
+            return rows[indices].tobytes()
         starts, ends = self.starts[indices].tolist(), self.ends[indices].tolist()
         return b"".join([self.body[start:end] for start, end in zip(starts, ends)])
