@@ -49,7 +49,7 @@ from .validation import FloatArray, IntArray, check_integer
 #: Called with the name of a stage and the share of it done.
 Progress = Callable[[str, "float | None"], object]
 
-# A tile of this size takes some 300 MB to rank.
+# A tile of this size takes some 300 MB to rank, 450 MB by the adaptive method with its halo.
 _TILE_POINTS = 1_000_000
 # Points the cuts are made from, and from which the adaptive method's budget is shared out.
 _SAMPLE = 200_000
