@@ -251,7 +251,7 @@ def measure_all(folder: Path, sizes: list[int]) -> str:
         "start of the command line above `python -c pass` "
         f"| {start['seconds']:.2f} s | {start['cpu']:.2f} s | ≤ 0.3 s",
     ]
-    times = ", ".join(f"`{name}` {seconds:.2f}" for name, seconds in filters)
+    times = ", ".join(f"`{name}` {seconds:.2f}" for name, seconds in filters if seconds >= 0.01)
     return "\n".join(
         [
             MARKS[0],
