@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .cloud import Cloud, check_readable, check_writable, read_cloud, write_cloud
+from .noise import advice
 from .provenance import comments, fingerprint, versions
 from .simplification import Simplification, simplify
 
@@ -42,6 +43,8 @@ class FileSummary:
                 f"Asked for {result.asked} points: missed by {result.missed:+d}, "
                 "as near as this method comes."
             )
+        if (noise := advice(result.info)) is not None:
+            out.append(noise)
         if self.cloud.dropped:
             out.append(f"Left out {self.cloud.dropped} points with NaN or infinite coordinates.")
         if self.cloud.faces:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -105,7 +108,33 @@ def suggest_noisy(
     (False, 0.0)
     """
     level = noise_level(points, normals)
-    return level > _NOISY, level
+    return bool(level > _NOISY), level
+
+
+def advice(info: Mapping[str, Any]) -> str | None:
+    """Say in a sentence what a ranking's ``info`` suggests about noise, if it does.
+
+    Parameters
+    ----------
+    info : mapping
+        Of a :class:`~meshlab_filter.methods.ranking.Ranking`.
+
+    Returns
+    -------
+    str or None
+
+    Examples
+    --------
+    >>> advice({"noise_level": 0.31, "noisy_suggested": True})
+    'The points scatter by 0.31 of their spacing: --set noisy=true may keep more of the shape.'
+    >>> advice({"rounds": 3})
+    """
+    if not info.get("noisy_suggested"):
+        return None
+    return (
+        f"The points scatter by {info['noise_level']:.2f} of their spacing: --set noisy=true may "
+        "keep more of the shape."
+    )
 
 
 def _residuals(d: FloatArray, normal: FloatArray) -> FloatArray:

@@ -135,7 +135,6 @@ BAD_PARAMETERS = [
     (name, parameter.name, value)
     for name in METHODS
     for parameter in METHODS[name].parameters
-    if (name, parameter.name) != ("adaptive", "noisy")  # anything counts as true or false there
     for value in BAD[parameter.type]
 ]
 

@@ -4,7 +4,8 @@ import numpy as np
 import numpy.testing as npt
 import pytest
 
-from meshlab_filter.noise import noise_level, suggest_noisy
+from meshlab_filter.methods.adaptive import rank
+from meshlab_filter.noise import advice, noise_level, suggest_noisy
 
 
 def bumpy_sphere(size, noise=0.0):
@@ -42,3 +43,14 @@ def test_independent_of_unit_place_and_sign():
 def test_clouds_that_cannot_tell_have_none(cloud):
     """Points in one place, or too few of them."""
     assert noise_level(cloud) == 0.0
+
+
+def test_adaptive_gives_advice_where_it_pays():
+    """A noisy cloud is said to be one, once: not with the switch on, nor where it is clean."""
+    cloud = bumpy_sphere(3000, 0.3)
+    said = advice(rank(cloud, count=2900).info)
+    assert said is not None
+    assert "scatter by 0." in said
+    assert "--set noisy=true" in said
+    assert advice(rank(cloud, count=2900, noisy=True).info) is None
+    assert advice(rank(bumpy_sphere(3000, 0.0), count=2900).info) is None

@@ -23,6 +23,8 @@ ORDER = {
 
 def show_run(report: dict[str, Any], out: Path, *, page: bool = False) -> None:
     """Print what came out of a run: counts, surface, errors, where the files are."""
+    from ..noise import advice
+
     points, surface, clusters = report["points"], report["surface"], report["clusters"]
     lines = [
         f"Points: {points['original']} -> {points['simplified']} "
@@ -47,6 +49,8 @@ def show_run(report: dict[str, Any], out: Path, *, page: bool = False) -> None:
             f"{'fitted to the original points, ' if surface['fitted'] else ''}"
             f"compactness 0.6 and above: {compact}"
         )
+    if (noise := advice(report["method_info"])) is not None:
+        lines.append(noise)
     if report["input"]["dropped"]:
         lines.append(f"Left out: {report['input']['dropped']} points that were not finite")
     if report["input"]["faces"]:

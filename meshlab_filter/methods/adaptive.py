@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..neighbourhood import Neighbourhood
+from ..noise import suggest_noisy
 from ..normals import estimate_normals, smooth_to_tangent_planes, unit_normals
 from ..validation import (
     FloatArray,
@@ -84,7 +85,8 @@ def rank(
     -------
     Ranking
         ``rank`` is a permutation of 0 … N − 1; ``threshold`` is N − count, or 0 without a count.
-        ``info`` says how many rounds it took and whether the normals were estimated.
+        ``info`` says how many rounds it took, whether the normals were estimated, how noisy the
+        cloud is and whether ``noisy`` may pay.
 
     Raises
     ------
@@ -140,6 +142,7 @@ def rank(
         directions = estimate_normals(local, orient=False)
     else:
         directions = unit_normals(normals, local[np.argsort(order)])[order]
+    suggested, level = suggest_noisy(local, directions)
     if noisy:
         local = smooth_to_tangent_planes(local, directions)
     lottery = np.random.default_rng(seed).permutation(size)[order]
@@ -150,7 +153,12 @@ def rank(
     return Ranking(
         rank=ranks,
         threshold=0 if count is None else size - left,
-        info={"rounds": decimation.rounds, "normals_estimated": normals is None},
+        info={
+            "rounds": decimation.rounds,
+            "normals_estimated": normals is None,
+            "noise_level": level,
+            "noisy_suggested": suggested and not noisy,
+        },
     )
 
 
