@@ -313,5 +313,7 @@ SURFACE_FIRST: dict[str, Sampler] = {
     "surface first": surface_first,
     "surface first, moved": surface_first_moved,
 }
-OURS = {name: ours(name) for name in ("adaptive", "cluster-entropy", "shi2011", "lee2001")}
+OURS = {
+    name: ours(name) for name in ("adaptive", "cluster-entropy", "linsen2001", "shi2011", "lee2001")
+}
 SAMPLERS = PEERS | SURFACE_FIRST | OURS
