@@ -80,8 +80,8 @@ def run(
     move : bool
         With "surface-first": let points move to where the error is least.
     fit : bool, optional
-        Close holes and flip edges of the surface where that brings it nearer to the original
-        points (:func:`meshlab_filter.fitting.fit_surface`). By default with "ball-pivoting" only:
+        Mend the surface and flip its edges where that brings it nearer to the original points
+        (:func:`meshlab_filter.fitting.fit_surface`). By default with "ball-pivoting" only:
         "ball-pivoting-auto" is the chain of the paper.
     floor : bool
         Measure the same chain on the untouched cloud as well: the error that is not due to the

@@ -5,16 +5,20 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from .flaps import remove_flaps
 from .flips import flip_edges, nearest_vertices
 from .holes import close_holes
+from .insertion import insert_vertices
+from .seams import LONGEST, relay_seams
 from .validation import IntArray, check_points
 
 
 def fit_surface(vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike) -> IntArray:
-    """Close the holes that the points lie across, then flip edges toward the points.
+    """Mend a surface where the points say how it should be, and bring it nearer to them.
 
     The reconstruction knows only the points that stay; the others still say where the surface
-    was. No vertex moves or is added.
+    was. Flaps go, holes and seams across which points lie are closed, vertices without a face
+    are put into the surface, and edges are flipped toward the points. No vertex moves or is added.
 
     Parameters
     ----------
@@ -25,11 +29,13 @@ def fit_surface(vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.Array
 
     Returns
     -------
-    numpy.ndarray, shape (F + new, 3), int64
+    numpy.ndarray, shape (F', 3), int64
 
     See Also
     --------
-    meshlab_filter.holes.close_holes, meshlab_filter.flips.flip_edges
+    meshlab_filter.flaps.remove_flaps, meshlab_filter.holes.close_holes,
+    meshlab_filter.seams.relay_seams, meshlab_filter.insertion.insert_vertices,
+    meshlab_filter.flips.flip_edges
 
     Examples
     --------
@@ -41,7 +47,14 @@ def fit_surface(vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.Array
     triangles = np.array(faces, dtype=np.int64).reshape(-1, 3)
     if not len(triangles):
         return triangles
-    # New faces go between corners of old ones, so the nearest corners stay the same.
     near = nearest_vertices(corners, triangles, cloud)
-    closed = close_holes(corners, triangles, cloud, near=near)
-    return flip_edges(corners, closed, cloud, near=near)
+    triangles = remove_flaps(corners, triangles, cloud, near=near)
+    triangles = close_holes(corners, triangles, cloud)
+    for rings in (1, 2, 1, 2):
+        triangles = relay_seams(corners, triangles, cloud, rings=rings, near=near)
+    # What is still open there is where two sheets cover the same points.
+    triangles = close_holes(corners, triangles, cloud, max_edges=LONGEST, covered=True)
+    triangles = flip_edges(corners, insert_vertices(corners, triangles), cloud)
+    # Flips open places that were too narrow or too steep for a vertex.
+    inserted = insert_vertices(corners, triangles)
+    return flip_edges(corners, inserted, cloud) if len(inserted) > len(triangles) else triangles

@@ -165,18 +165,13 @@ def nearest_faces(
     if near is None:
         near = nearest_vertices(vertices, faces, points, neighbours=neighbours)
     near = near[:, :neighbours]
-    order = np.argsort(faces.ravel(), kind="stable")
-    start = np.searchsorted(faces.ravel()[order], np.arange(len(vertices) + 1))
     home = np.full(len(points), -1, dtype=np.int64)
     gap = np.full(len(points), np.inf)
     block = max(1, _BLOCK // (6 * near.shape[1]))
+    incidence = _incidence(faces, len(vertices))
     for first in range(0, len(points), block):
         rows = near[first : first + block]
-        count = (start[rows + 1] - start[rows]).ravel()
-        ends = np.cumsum(count)
-        position = np.arange(ends[-1]) - np.repeat(ends - count, count)
-        tried = order[np.repeat(start[rows].ravel(), count) + position] // 3
-        owner = np.repeat(np.repeat(np.arange(len(rows)), rows.shape[1]), count)
+        owner, tried = _around(incidence, rows)
         found = squared_distances(
             points[first + owner], *(vertices[faces[tried, corner]] for corner in range(3))
         )
@@ -186,6 +181,47 @@ def nearest_faces(
         gap[first : first + len(rows)] = found[best][first_of]
     _walk(vertices, faces, points, home, gap)
     return home, gap
+
+
+def faces_around(faces: IntArray, near: IntArray, vertices: int) -> tuple[IntArray, IntArray]:
+    """List the faces at some vertices of each point, as pairs.
+
+    Parameters
+    ----------
+    faces : numpy.ndarray, shape (F, 3), int64
+    near : numpy.ndarray, shape (N, k), int64
+        Vertices, a row for each point.
+    vertices : int
+        How many vertices there are.
+
+    Returns
+    -------
+    row, face : numpy.ndarray, shape (P,), int64
+        A face that has several of a row's vertices comes as often.
+
+    Examples
+    --------
+    >>> fan = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> [pair.tolist() for pair in faces_around(fan, np.array([[1], [2]]), 4)]
+    [[0, 1, 1], [0, 0, 1]]
+    """
+    return _around(_incidence(faces, vertices), near)
+
+
+def _incidence(faces: IntArray, vertices: int) -> tuple[IntArray, IntArray]:
+    """Return the places of corners in ``faces.ravel()``, by vertex, and where each begins."""
+    order = np.argsort(faces.ravel(), kind="stable")
+    return order, np.searchsorted(faces.ravel()[order], np.arange(vertices + 1))
+
+
+def _around(incidence: tuple[IntArray, IntArray], near: IntArray) -> tuple[IntArray, IntArray]:
+    order, start = incidence
+    count = (start[near + 1] - start[near]).ravel()
+    ends = np.cumsum(count)
+    total = int(ends[-1]) if len(ends) else 0
+    position = np.arange(total) - np.repeat(ends - count, count)
+    face = order[np.repeat(start[near].ravel(), count) + position] // 3
+    return np.repeat(np.repeat(np.arange(len(near)), near.shape[1]), count), face
 
 
 def _walk(

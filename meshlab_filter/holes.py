@@ -18,6 +18,9 @@ from .validation import FloatArray, IntArray, check_points
 _LEAST_SUPPORT = 0.2
 #: Points expected below which their number says nothing and the triangle counts as supported.
 _FEW = 3.0
+#: Points lie all over a patch if this share of samples on it has a point within so many spacings.
+_ALL_OVER, _NEAR = 0.9, 1.2
+_STEPS = 40
 
 
 def close_holes(
@@ -27,6 +30,7 @@ def close_holes(
     *,
     near: IntArray | None = None,
     max_edges: int = 64,
+    covered: bool = False,
 ) -> IntArray:
     """Close holes of a triangle mesh across which the original points lie.
 
@@ -41,6 +45,8 @@ def close_holes(
         already.
     max_edges : int
         Holes with more edges stay as they are.
+    covered : bool
+        Close as well what other faces cover already, as long as there are points all over it.
 
     Returns
     -------
@@ -87,7 +93,7 @@ def close_holes(
         # One face missing amid its neighbours needs no witness, unless it is a face seen from
         # behind: the border of a lone triangle.
         single = len(patch) == 1 and not (np.sort(triangles, axis=1) == np.sort(patch)).all(1).any()
-        if single or evidence.supports(patch):
+        if single or evidence.supports(patch) or (covered and evidence.covers(patch)):
             added.append(patch)
             known = np.union1d(known, edge_keys(*sides(patch), len(corners)))
     return np.vstack(added)
@@ -212,10 +218,7 @@ class _Evidence:
         a, b, c = (self.vertices[patch[:, corner]] for corner in range(3))
         normal = np.cross(b - a, c - a)
         doubled = np.linalg.norm(normal, axis=1)
-        rim = self.vertices[np.unique(patch)]
-        # Spacing of the original points around the hole: the mean distance of six neighbours.
-        far = self.tree.query(rim, k=min(7, len(self.points)))[0].reshape(len(rim), -1)
-        spacing = float(np.median(far[:, 1:].mean(axis=1))) if far.shape[1] > 1 else 0.0
+        spacing = self._spacing(patch)
         if spacing == 0.0:
             return False
         # A point has about the square of the spacing to itself.
@@ -236,3 +239,26 @@ class _Evidence:
             if missed >= _LEAST_SUPPORT * expected[index]:
                 held += float(doubled[index])
         return bool(held >= doubled.sum() / 2)
+
+    def covers(self, patch: IntArray) -> bool:
+        """Tell whether points lie all over a patch, be they missed by the mesh or not."""
+        spacing = self._spacing(patch)
+        if spacing == 0.0:
+            return False
+        corner = self.vertices[patch]
+        longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max()
+        steps = int(np.clip(np.ceil(longest / spacing), 2, _STEPS))
+        # Barycentric coordinates of an even grid, corners left out: these are points themselves.
+        grid = np.array(
+            [(i, j, steps - i - j) for i in range(steps + 1) for j in range(steps + 1 - i)]
+        )
+        grid = grid[grid.max(axis=1) < steps] / steps
+        samples = np.einsum("sc,tcd->tsd", grid, corner).reshape(-1, 3)
+        gap = self.tree.query(samples, workers=-1)[0]
+        return bool(np.mean(gap <= _NEAR * spacing) >= _ALL_OVER)
+
+    def _spacing(self, patch: IntArray) -> float:
+        """Spacing of the original points around a hole: the mean distance of six neighbours."""
+        rim = self.vertices[np.unique(patch)]
+        far = self.tree.query(rim, k=min(7, len(self.points)))[0].reshape(len(rim), -1)
+        return float(np.median(far[:, 1:].mean(axis=1))) if far.shape[1] > 1 else 0.0

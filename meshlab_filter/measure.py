@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from .bridge.distance import distances
 from .bridge.layer import add_layer, current_normals
 from .bridge.session import import_pymeshlab
-from .bridge.surface import THROUGH_POINTS, compute_normals, reconstruct
+from .bridge.surface import THROUGH_POINTS, compute_normals, reconstruct, seed_order
 from .cloud import Cloud, read_cloud
 from .errors import MeshLabError
 from .fitting import fit_surface
@@ -152,29 +153,75 @@ def measure(scan: Scan, kept: IntArray, *, surface: str, fit: bool = False) -> M
     MeshLabError
         If MeshLab found no triangle.
     """
-    points, origin = scan.cloud.points, scan.origin
+    points, origin = scan.cloud.points - scan.origin, scan.origin
+    vertices, faces, reconstruction = rebuild(
+        points[kept], scan.normals[kept], points, surface=surface, fit=fit
+    )
+    own = surface != "screened-poisson"
+    return Measured(
+        points=scan.cloud.points[kept] if own else vertices + origin,
+        faces=faces,
+        distances=distances_to(vertices, faces, points, kept=kept if own else None),
+        reconstruction=reconstruction,
+    )
+
+
+def rebuild(
+    kept: FloatArray,
+    normals: FloatArray,
+    points: FloatArray,
+    *,
+    surface: str = "ball-pivoting",
+    passes: Sequence[float] | None = None,
+    radii: Sequence[float] | None = None,
+    fit: bool = True,
+) -> tuple[FloatArray, IntArray, dict[str, Any]]:
+    """Rebuild a surface through some points and fit it to all of them.
+
+    Parameters
+    ----------
+    kept, normals : numpy.ndarray, shape (M, 3)
+        Points for the surface to go through and their normals.
+    points : numpy.ndarray, shape (N, 3)
+        The original points, in the unit of the others.
+    surface, passes, radii
+        As in :func:`meshlab_filter.bridge.surface.reconstruct`.
+    fit : bool
+        Fit the surface to the points (:func:`meshlab_filter.fitting.fit_surface`); only where it
+        goes through the points that stay and these are not all.
+
+    Returns
+    -------
+    vertices, faces : numpy.ndarray, shapes (V, 3) and (F, 3)
+        For all but "screened-poisson" the vertices are the points kept, in their order.
+    reconstruction : dict
+        Kind of surface, spacing, radii, and whether it was fitted.
+
+    Raises
+    ------
+    MeshLabError
+        If MeshLab found no triangle.
+    """
+    # With every point a vertex there is nothing to fit to.
+    fit = fit and surface in THROUGH_POINTS and len(kept) < len(points)
+    order = seed_order(kept) if fit else np.arange(len(kept))
     meshset = import_pymeshlab().MeshSet(verbose=False)
-    add_layer(meshset, points[kept] - origin, normals=scan.normals[kept])
-    reconstruction = reconstruct(meshset, surface=surface)
+    add_layer(meshset, kept[order], normals=normals[order])
+    reconstruction = reconstruct(meshset, surface=surface, passes=passes, radii=radii, coherent=fit)
     mesh = meshset.current_mesh()
     if surface != "none" and mesh.face_number() == 0:
         raise MeshLabError(
             f"MeshLab found no triangle through the {len(kept)} points; they may be too few or "
             "lie on a line (use --surface none to measure against the points themselves)."
         )
-    own = surface != "screened-poisson"
-    centred = points[kept] - origin if own else mesh.vertex_matrix()
     faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
-    # With every point a vertex there is nothing to fit to.
-    reconstruction["fitted"] = fit and surface in THROUGH_POINTS and len(kept) < len(points)
-    if reconstruction["fitted"]:
-        faces = fit_surface(centred, faces, points - origin)
-    return Measured(
-        points=points[kept] if own else centred + origin,
-        faces=faces,
-        distances=distances_to(centred, faces, points - origin, kept=kept if own else None),
-        reconstruction=reconstruction,
-    )
+    if surface == "screened-poisson":
+        kept = mesh.vertex_matrix()
+    else:
+        faces = order[faces]
+    if fit:
+        faces = fit_surface(kept, faces, points)
+    return kept, faces, {**reconstruction, "fitted": fit}
 
 
 def distances_to(

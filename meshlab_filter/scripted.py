@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +19,14 @@ from .errors import PresetError
 from .files import FileSummary
 from .fitting import fit_surface
 from .htmlreport import check_html
-from .measure import Measured, Outcome, Scan, distances_to, prepare
+from .measure import Measured, Outcome, Scan, distances_to, prepare, rebuild
 from .methods.ranking import Ranking
 from .mlx import FilterScript
 from .presets import open_script
 from .provenance import comments, fingerprint, versions
 from .recipe import Recipe
 from .simplification import Simplification
-from .steps import untouched
+from .steps import radii_of, untouched
 from .stopwatch import Stopwatch
 from .validation import FloatArray
 
@@ -114,7 +114,8 @@ def run_preset(
             ranking = _rank(recipe, scan, lambda share: tell("rank", share))
     with watch("filters"):
         scripted = _apply(script, recipe, ranking, scan, tell)
-        measured = _measure(scripted, scan, fit=recipe is not None and recipe.fit)
+        fit = recipe is not None and recipe.fit
+        measured = _measure(scripted, scan, fit=fit, radii=radii_of(script))
     base = None
     bare = untouched(script)
     if floor and bare is not None and len(bare.filters) > 1:
@@ -266,8 +267,14 @@ def _apply(
     return Scripted(meshset=meshset, run=run, origin=origin)
 
 
-def _measure(scripted: Scripted, scan: Scan, *, fit: bool = False) -> Measured:
-    """Measure the cloud against the current layer, on layers that the script has not touched."""
+def _measure(
+    scripted: Scripted, scan: Scan, *, fit: bool = False, radii: Sequence[float] = ()
+) -> Measured:
+    """Measure the cloud against the current layer, on layers that the script has not touched.
+
+    A fit begins with the reconstruction (:func:`meshlab_filter.measure.rebuild`): of a surface
+    made in passes of these radii only the vertices are taken.
+    """
     mesh = scripted.meshset.current_mesh()
     faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
     indices = scripted.run.indices
@@ -278,7 +285,10 @@ def _measure(scripted: Scripted, scan: Scan, *, fit: bool = False) -> Measured:
     if own:  # there and back again would cost a digit
         centred = mesh.vertex_matrix() + (scripted.origin - scan.origin)
     fit = fit and len(faces) > 0
-    if fit:
+    if fit and radii and indices is not None and not own:
+        normals = scan.normals[indices]
+        _, faces, _ = rebuild(centred, normals, cloud, radii=radii)
+    elif fit:
         faces = fit_surface(centred, faces, cloud)
     return Measured(
         points=vertices,

@@ -183,6 +183,34 @@ def cut_of(script: FilterScript) -> float | None:
     return None
 
 
+def radii_of(script: FilterScript) -> list[float]:
+    """Return the radii of a script's passes of ball pivoting, if they are as ``run`` makes them.
+
+    Parameters
+    ----------
+    script : FilterScript
+
+    Returns
+    -------
+    list of float
+        In the unit of the coordinates; empty if there are none, or if MeshLab is to choose one or
+        another parameter is not that of :func:`ball_pivoting`.
+
+    Examples
+    --------
+    >>> radii_of(FilterScript((ball_pivoting(0.5), ball_pivoting(0.75))))
+    [0.5, 0.75]
+    >>> radii_of(FilterScript((ball_pivoting(),)))
+    []
+    """
+    passes = [filter_ for filter_ in script if filter_.name == _BALL_PIVOTING]
+    values = [filter_.values().get("BallRadius") for filter_ in passes]
+    radii = [float(radius) if isinstance(radius, (int, float)) else 0.0 for radius in values]
+    ours = [ball_pivoting(radius).values() for radius in radii]
+    same = all(filter_.values() == own for filter_, own in zip(passes, ours))
+    return radii if same and all(radii) else []
+
+
 def fit(script: FilterScript, *, radii: Sequence[float], diagonal: float) -> FilterScript:
     """Return the script with the lengths in it made for one cloud.
 

@@ -1,4 +1,4 @@
-"""Distances between points and triangles, pair by pair."""
+"""Points and triangles, pair by pair: distances and barycentric coordinates."""
 
 from __future__ import annotations
 
@@ -57,6 +57,34 @@ def squared_distances(
     best = np.minimum(best, from_b - 2 * t_bc * (d21 - d20 + d00 - d01) + t_bc**2 * length_bc)
     plane = d22 - v * d20 - w * d21
     return np.asarray(np.maximum(np.where(inside, plane, best), 0.0))
+
+
+def barycentric(points: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Return where the feet of points are in the planes of their triangles.
+
+    Parameters
+    ----------
+    points, a, b, c : numpy.ndarray, shape (P, 3)
+        Points and the corners of their triangles.
+
+    Returns
+    -------
+    numpy.ndarray, shape (P, 3), float64
+        Barycentric coordinates of the foot, zero for a triangle without area.
+
+    Examples
+    --------
+    >>> corners = [np.array([corner]) for corner in ([0.0, 0, 0], [4.0, 0, 0], [0.0, 4, 0])]
+    >>> barycentric(np.array([[1.0, 2, 9]]), *corners)
+    array([[0.25, 0.25, 0.5 ]])
+    """
+    normal = np.cross(b - a, c - a)
+    squared = np.einsum("ij,ij->i", normal, normal)
+    safe = np.where(squared > 0, squared, 1.0)
+    pairs = ((b, c), (c, a), (a, b))
+    return np.column_stack(
+        [np.einsum("ij,ij->i", np.cross(q - p, points - p), normal) / safe for p, q in pairs]
+    )
 
 
 def _clip_ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:

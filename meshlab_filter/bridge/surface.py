@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidCloudError, InvalidParameterError
+from ..orientation import orient_coherently
 from ..quality import regularity, spacing_and_regularity
-from ..validation import check_choice
-from .layer import current_normals, current_points
+from ..validation import FloatArray, IntArray, check_choice
+from .layer import add_layer, current_normals, current_points
 from .session import import_pymeshlab, stage
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ PASSES = (1.0, 1.5, 2.5, 4.0)
 #: open, for every new face all of them.
 IRREGULAR_PASSES = (1.6, 2.5)
 _IRREGULAR, _MANY = 0.55, 20_000
+# Borders of pieces are compared up to this many median spacings: what the largest ball spans.
+_REACH = 4.0
 
 
 def compute_normals(meshset: pymeshlab.MeshSet, *, neighbours: int = 12) -> bool:
@@ -85,11 +88,36 @@ def _factors(size: int, even: float) -> tuple[float, ...]:
     return IRREGULAR_PASSES if size > _MANY and even < _IRREGULAR else PASSES
 
 
+def seed_order(points: FloatArray) -> IntArray:
+    """Return the order in which ball pivoting finds its way about the points best.
+
+    Parameters
+    ----------
+    points : numpy.ndarray, shape (N, 3)
+
+    Returns
+    -------
+    numpy.ndarray, shape (N,), int64
+        Farthest from the mean first. MeshLab's filter begins at the first point around which a
+        triangle faces away from the mean and takes that side for the outside: at the outermost
+        points it is, in a leg or under an arm it may not be, and then the ball rolls inside.
+
+    Examples
+    --------
+    >>> seed_order(np.array([[0.0, 0, 0], [9, 0, 0], [1, 0, 0]])).tolist()
+    [1, 0, 2]
+    """
+    away = np.sum((points - points.mean(axis=0)) ** 2, axis=1)
+    return np.argsort(-away, kind="stable")
+
+
 def reconstruct(
     meshset: pymeshlab.MeshSet,
     *,
     surface: str = "ball-pivoting",
     passes: Sequence[float] | None = None,
+    radii: Sequence[float] | None = None,
+    coherent: bool = False,
 ) -> dict[str, object]:
     """Build a surface through the vertices of the current layer.
 
@@ -106,6 +134,12 @@ def reconstruct(
     passes : sequence of float
         Radii in units of the median spacing of the points, for "ball-pivoting"; by default those
         of :func:`pass_factors`.
+    radii : sequence of float, optional
+        The radii themselves, in the cloud's unit, instead of passes.
+    coherent : bool
+        After each pass, let all pieces of the surface face the same way, so that the next pass can
+        join them (:func:`meshlab_filter.orientation.orient_coherently`). The layer may be another
+        one then, the current one.
 
     Returns
     -------
@@ -141,7 +175,7 @@ def reconstruct(
         )
     compute_normals(meshset)
     pure = import_pymeshlab().PureValue
-    radii: list[float] = []
+    used: list[float] = []
     with stage(f"building the surface ({surface})"):
         if surface == "screened-poisson":
             _screened_poisson(meshset)
@@ -155,12 +189,30 @@ def reconstruct(
                 raise InvalidParameterError(
                     f"Invalid passes. Must be positive radii. Given: {list(passes)}."
                 )
-            radii = [factor * spacing for factor in passes]
-            for radius in radii:
+            used = [factor * spacing for factor in passes] if radii is None else list(radii)
+            for radius in used:
                 meshset.generate_surface_reconstruction_ball_pivoting(
                     ballradius=pure(radius), clustering=5, creasethr=90, deletefaces=False
                 )
-    return {"surface": surface, "spacing": spacing, "radii": radii}
+                if coherent:
+                    _orient(meshset, reach=_REACH * spacing)
+    return {"surface": surface, "spacing": spacing, "radii": used}
+
+
+def _orient(meshset: pymeshlab.MeshSet, *, reach: float) -> None:
+    """Turn pieces of the current layer so that they agree, in a layer that takes its place."""
+    mesh = meshset.current_mesh()
+    faces = np.asarray(mesh.face_matrix(), dtype=np.int64).reshape(-1, 3)
+    oriented = orient_coherently(mesh.vertex_matrix(), faces, reach)
+    if not (oriented == faces).all():
+        before = mesh.id()
+        add_layer(
+            meshset, mesh.vertex_matrix(), normals=mesh.vertex_normal_matrix(), faces=oriented
+        )
+        after = meshset.current_mesh_id()
+        meshset.set_current_mesh(before)
+        meshset.delete_current_mesh()
+        meshset.set_current_mesh(after)
 
 
 def _screened_poisson(meshset: pymeshlab.MeshSet) -> None:

@@ -39,8 +39,8 @@ SAID_BY_PRESET = ("method", "count", "keep", "clusters", "delete", "k", "init", 
 @click.option(
     "--fit/--no-fit",
     default=None,
-    help="Close holes and flip edges of the surface where that brings it nearer to the original "
-    "points. Default: with --surface ball-pivoting only.",
+    help="Mend the surface and flip its edges where that brings it nearer to the original points. "
+    "Default: with --surface ball-pivoting only.",
 )
 @click.option("--no-floor", is_flag=True, help="Do not run the chain on the untouched cloud too.")
 @click.option("--no-report", is_flag=True, help="Do not write report.html.")
