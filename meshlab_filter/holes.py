@@ -11,16 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .edges import edge_keys, sides
-from .flips import nearest_faces, nearest_vertices
+from .evidence import Evidence
+from .flips import nearest_vertices
 from .validation import FloatArray, IntArray, check_points
-
-#: Share of the points expected on a triangle, by the density around, that must be there.
-_LEAST_SUPPORT = 0.2
-#: Points expected below which their number says nothing and the triangle counts as supported.
-_FEW = 3.0
-#: Points lie all over a patch if this share of samples on it has a point within so many spacings.
-_ALL_OVER, _NEAR = 0.9, 1.2
-_STEPS = 40
 
 
 def close_holes(
@@ -58,7 +51,8 @@ def close_holes(
     A hole gets the triangulation of least area that makes no edge twice (G. Barequet, M. Sharir,
     "Filling gaps in the boundary of a polyhedron", Computer Aided Geometric Design 12, 1995). It
     stays open if on less than half of that area there are about as many original points as their
-    density around the hole promises. A single missing face is always closed.
+    density around the hole promises, and if it does not reach what lies off the mesh there either.
+    A single missing face is always closed.
 
     Examples
     --------
@@ -84,7 +78,7 @@ def close_holes(
     if near is None:
         near = nearest_vertices(corners, triangles, cloud)
     rim = np.unique(np.concatenate(loops))
-    evidence = _Evidence(corners, triangles, cloud, near, rim)
+    evidence = Evidence(corners, triangles, cloud, near, rim)
     added = [triangles]
     for loop in loops:
         patch = triangulate(corners, loop, known)
@@ -93,7 +87,12 @@ def close_holes(
         # One face missing amid its neighbours needs no witness, unless it is a face seen from
         # behind: the border of a lone triangle.
         single = len(patch) == 1 and not (np.sort(triangles, axis=1) == np.sort(patch)).all(1).any()
-        if single or evidence.supports(patch) or (covered and evidence.covers(patch)):
+        if (
+            single
+            or evidence.supports(patch)
+            or evidence.reaches(patch)
+            or (covered and evidence.covers(patch))
+        ):
             added.append(patch)
             known = np.union1d(known, edge_keys(*sides(patch), len(corners)))
     return np.vstack(added)
@@ -190,75 +189,3 @@ def triangulate(vertices: FloatArray, loop: IntArray, known: IntArray) -> IntArr
             out.append((int(loop[begin]), int(loop[apex]), int(loop[end])))
             open_ += [(begin, apex), (apex, end)]
     return np.array(out, dtype=np.int64)
-
-
-class _Evidence:
-    """The original points, asked whether a patch is missing from a mesh."""
-
-    def __init__(
-        self,
-        vertices: FloatArray,
-        faces: IntArray,
-        points: FloatArray,
-        near: IntArray,
-        rim: IntArray,
-    ) -> None:
-        from scipy.spatial import cKDTree
-
-        self.vertices, self.points = vertices, points
-        self.tree = cKDTree(points)
-        # Points in a hole have its rim near; the mesh has all the others.
-        beside = np.isin(near, rim).any(axis=1)
-        self.gap = np.zeros(len(points))
-        found = nearest_faces(vertices, faces, points[beside], near=near[beside])[1]
-        self.gap[beside] = np.sqrt(found)
-
-    def supports(self, patch: IntArray) -> bool:
-        """Tell whether points that the mesh misses lie on at least half of a patch's area."""
-        a, b, c = (self.vertices[patch[:, corner]] for corner in range(3))
-        normal = np.cross(b - a, c - a)
-        doubled = np.linalg.norm(normal, axis=1)
-        spacing = self._spacing(patch)
-        if spacing == 0.0:
-            return False
-        # A point has about the square of the spacing to itself.
-        expected = doubled / 2 / spacing**2
-        centre = (a + b + c) / 3
-        reach = np.linalg.norm(np.stack([a, b, c]) - centre, axis=2).max(axis=0)
-        held = float(doubled[expected < _FEW].sum())
-        for index in np.flatnonzero(expected >= _FEW):
-            near = self.tree.query_ball_point(centre[index], reach[index])
-            relative = self.points[near] - a[index]
-            unit = normal[index] / doubled[index]
-            height = np.abs(relative @ unit)
-            v = np.cross(relative, c[index] - a[index]) @ unit
-            w = np.cross(b[index] - a[index], relative) @ unit
-            inside = (v > 0) & (w > 0) & (v + w < doubled[index])
-            inside &= height < np.sqrt(doubled[index]) / 2
-            missed = int((inside & (self.gap[near] > height + 1e-6 * reach[index])).sum())
-            if missed >= _LEAST_SUPPORT * expected[index]:
-                held += float(doubled[index])
-        return bool(held >= doubled.sum() / 2)
-
-    def covers(self, patch: IntArray) -> bool:
-        """Tell whether points lie all over a patch, be they missed by the mesh or not."""
-        spacing = self._spacing(patch)
-        if spacing == 0.0:
-            return False
-        corner = self.vertices[patch]
-        longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max()
-        steps = int(np.clip(np.ceil(longest / spacing), 2, _STEPS))
-        # Barycentric coordinates of an even grid, corners left out: these are points themselves.
-        grid = np.array(
-            [(i, j, steps - i - j) for i in range(steps + 1) for j in range(steps + 1 - i)]
-        )
-        grid = grid[grid.max(axis=1) < steps] / steps
-        samples = np.einsum("sc,tcd->tsd", grid, corner).reshape(-1, 3)
-        gap = self.tree.query(samples, workers=-1)[0]
-        return bool(np.mean(gap <= _NEAR * spacing) >= _ALL_OVER)
-
-    def _spacing(self, patch: IntArray) -> float:
-        """Spacing of the original points around a hole: the mean distance of six neighbours."""
-        rim = self.vertices[np.unique(patch)]
-        far = self.tree.query(rim, k=min(7, len(self.points)))[0].reshape(len(rim), -1)
-        return float(np.median(far[:, 1:].mean(axis=1))) if far.shape[1] > 1 else 0.0

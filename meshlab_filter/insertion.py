@@ -18,7 +18,7 @@ from .validation import FloatArray, IntArray, check_points
 _ON_SIDE = 0.02
 #: Squared height over a face, in squared sides of the face, above which a vertex is no part of the
 #: surface but an outlier.
-_STEEPEST = 0.2
+_STEEPEST = 0.5
 
 
 def insert_vertices(
@@ -40,7 +40,7 @@ def insert_vertices(
 
     Notes
     -----
-    A vertex stays out if it is higher over its face than some half of the face's sides, as an
+    A vertex stays out if it is higher over its face than some two thirds of the face's sides, as an
     outlier is, or if a corner is what is nearest to it.
 
     Examples
