@@ -52,6 +52,54 @@ def test_the_border_of_an_open_scan_stays_open():
     npt.assert_array_equal(closed, faces)
 
 
+def sheet_with_a_hole(width):
+    """Return a sheet of 9 × 9 unit squares without a square in the middle, and points on it."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(10.0), np.arange(10.0)))
+    vertices = np.column_stack([x, y, 0 * x])
+    cells = np.array([i for i in range(90) if i % 10 < 9])
+    middle = np.abs(vertices[cells][:, :2] + 0.5 - 4.5).max(axis=1) < width / 2
+    faces = [f for i in cells[~middle] for f in ([i, i + 1, i + 11], [i, i + 11, i + 10])]
+    used, faces = np.unique(faces, return_inverse=True)
+    u, v = (a.ravel() for a in np.meshgrid(np.linspace(0, 9, 91), np.linspace(0, 9, 91)))
+    points = np.column_stack([u, v, 0 * u])
+    on = np.abs(points[:, :2] - 4.5).max(axis=1) >= width / 2
+    return vertices[used], faces.reshape(-1, 3), points[on]
+
+
+def test_a_vertex_left_out_closes_its_hole():
+    """Of a hole without points, one vertex that was kept says that there is surface."""
+    vertices, faces, points = sheet_with_a_hole(3)
+    npt.assert_array_equal(close_holes(vertices, faces, points), faces)
+    stray = np.array([[4.4, 4.6, 0.1]])
+    closed = close_holes(np.vstack([vertices, stray]), faces, np.vstack([points, stray]))
+    assert edge_defects(closed)["holes"] == 1
+    assert edge_defects(closed)["boundary_edges"] == 36
+
+
+def test_points_over_more_than_half_of_a_hole_close_it():
+    """A quarter of the density over more than half of it is enough; over a sixth it is not."""
+    vertices, faces, points = sheet_with_a_hole(3)
+    u, v = (a.ravel() for a in np.meshgrid(np.linspace(3.1, 5.9, 14), np.linspace(3.1, 4.8, 9)))
+    some = np.column_stack([u, v, 0 * u])
+    assert edge_defects(close_holes(vertices, faces, np.vstack([points, some])))["holes"] == 1
+    few = some[some[:, 1] < 3.6]
+    npt.assert_array_equal(close_holes(vertices, faces, np.vstack([points, few])), faces)
+
+
+def test_what_is_covered_is_closed_when_asked():
+    """A sheet under a hole: its points are the lower sheet's, unless the hole is to go anyway."""
+    vertices, faces, _ = sheet_with_a_hole(3)
+    below, whole, _ = sheet_with_a_hole(0)
+    both = np.vstack([vertices, below - [0, 0, 0.01]])
+    mesh = np.vstack([faces, whole + len(vertices)])
+    u, v = (a.ravel() for a in np.meshgrid(np.linspace(0, 9, 91), np.linspace(0, 9, 91)))
+    cloud = np.column_stack([u, v, np.full(len(u), -0.01)])
+    npt.assert_array_equal(close_holes(both, mesh, cloud), mesh)
+    # The borders around the two sheets are holes like any other then, with points all over them.
+    closed = close_holes(both, mesh, cloud, covered=True, max_edges=20)
+    assert len(closed) == len(mesh) + 10
+
+
 def test_long_holes_stay():
     """A hole of more edges than allowed is left as it is."""
     vertices, points = ball(150), ball(6000, 1)
