@@ -152,6 +152,17 @@ def test_every_module_is_on_the_map():
         assert f"`{path.name}`" in text or path.name in ("__init__.py", "_version.py"), path.name
 
 
+def test_links_between_pages_lead_to_pages():
+    """What a page of the site links to, without an address, is in docs/ and there."""
+    for page in sorted(DOCS.rglob("*.md")):
+        text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for target in re.findall(r"\]\(([^)#\s]+)", text):
+            if "://" not in target:
+                found = (page.parent / target).resolve()
+                assert found.is_relative_to(DOCS), f"{page.name}: {target}"
+                assert found.exists(), f"{page.name}: {target}"
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """Build the site, every warning an error."""
