@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from .validation import IntArray
 
@@ -47,3 +48,66 @@ def edge_keys(one: IntArray, other: IntArray, vertices: int) -> IntArray:
     [5, 5]
     """
     return np.asarray(np.minimum(one, other) * vertices + np.maximum(one, other))
+
+
+def are_among(keys: IntArray, ordered: IntArray) -> npt.NDArray[np.bool_]:
+    """Tell which keys are among those of a sorted list.
+
+    Parameters
+    ----------
+    keys : numpy.ndarray, of any shape, int64
+    ordered : numpy.ndarray, shape (K,), int64
+
+    Returns
+    -------
+    numpy.ndarray, of the first one's shape, bool
+
+    Examples
+    --------
+    >>> are_among(np.array([[1, 2], [3, 9]]), np.array([1, 3])).tolist()
+    [[True, False], [True, False]]
+    """
+    if not len(ordered):
+        return np.zeros(keys.shape, dtype=bool)
+    place = np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)
+    return np.asarray(ordered[place] == keys)
+
+
+def corners_of(faces: IntArray) -> IntArray:
+    """Return the vertices that have a face, in their order.
+
+    Parameters
+    ----------
+    faces : numpy.ndarray, shape (F, 3), int64
+
+    Returns
+    -------
+    numpy.ndarray, shape (C,), int64
+
+    Examples
+    --------
+    >>> corners_of(np.array([[4, 0, 2]])).tolist()
+    [0, 2, 4]
+    """
+    return np.flatnonzero(np.bincount(faces.ravel()))
+
+
+def without_face(faces: IntArray, vertices: int) -> IntArray:
+    """Return the vertices that have no face, in their order.
+
+    Parameters
+    ----------
+    faces : numpy.ndarray, shape (F, 3), int64
+    vertices : int
+        How many there are.
+
+    Returns
+    -------
+    numpy.ndarray, shape (V - C,), int64
+
+    Examples
+    --------
+    >>> without_face(np.array([[4, 0, 2]]), 6).tolist()
+    [1, 3, 5]
+    """
+    return np.flatnonzero(np.bincount(faces.ravel(), minlength=vertices) == 0)

@@ -17,7 +17,7 @@ _ALL_OVER, _NEAR = 0.9, 1.2
 _STEPS = 40
 #: A patch reaches a point if it comes nearer than this share of the mesh's distance.
 _REACHED = 0.5
-_ENOUGH, _HALF = 10, 0.5
+_FACES_FOR_ONE, _ENOUGH, _HALF = 20, 10, 0.5
 #: The share of a patch that must be off the mesh.
 _NEW = 0.4
 
@@ -51,6 +51,10 @@ class Evidence:
         self.left_out = len(away)
         self.missed_tree = cKDTree(self.missed) if len(self.missed) else None
 
+    def speaks_for(self, patch: IntArray, *, covered: bool = False) -> bool:
+        """Tell whether the points want a patch: missed by the mesh or, if asked, all over it."""
+        return self.supports(patch) or self.reaches(patch) or (covered and self.covers(patch))
+
     def supports(self, patch: IntArray) -> bool:
         """Tell whether points that the mesh misses lie on at least half of a patch's area."""
         a, b, c = (self.vertices[patch[:, corner]] for corner in range(3))
@@ -81,8 +85,8 @@ class Evidence:
     def reaches(self, patch: IntArray) -> bool:
         """Tell whether a patch comes far nearer to points that are off the mesh.
 
-        One vertex that was kept and has no face is enough, or ten other points on a patch with
-        points near at least half of it.
+        For every twenty faces one vertex that was kept and has no face is enough, or ten other
+        points on a patch with points near at least half of it.
         """
         if self.missed_tree is None or self._spacing(patch) == 0:
             return False
@@ -96,7 +100,7 @@ class Evidence:
         _, square = nearest_faces(self.vertices, patch, self.missed[close])
         reached = close[np.sqrt(square) < _REACHED * self.missed_gap[close]]
         samples = self._samples(patch)
-        if not (reached < self.left_out).any():
+        if _FACES_FOR_ONE * np.count_nonzero(reached < self.left_out) < len(patch):
             near = self.tree.query(samples, workers=-1)[0] <= _NEAR * self._spacing(patch)
             if len(reached) < _ENOUGH or _share(near, patch, self.vertices) < _HALF:
                 return False

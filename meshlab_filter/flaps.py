@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .edges import edge_keys, sides
+from .edges import are_among, edge_keys, sides
 from .flips import faces_around, nearest_faces, nearest_vertices
 from .orientation import pieces_of
 from .triangles import squared_distances
@@ -89,7 +89,7 @@ def remove_flaps(
         gone[covered] = True
         # Those beside are at the border now; the others have been looked at.
         keys = edge_keys(*sides(triangles), len(corners)).reshape(-1, 3)
-        beside = np.asarray(np.isin(keys, keys[gone])).any(axis=1)
+        beside = are_among(keys, np.sort(keys[gone], axis=None)).any(axis=1)
         triangles, suspect = triangles[~gone], np.asarray(beside)[~gone]
     return _without_scraps(corners, triangles)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .edges import edge_keys, sides
+from .edges import are_among, corners_of, edge_keys, sides
 from .triangles import squared_distances
 from .validation import FloatArray, IntArray, check_points
 
@@ -20,7 +20,7 @@ from .validation import FloatArray, IntArray, check_points
 #: decides nothing.
 _LEAST_GAIN = 1e-9
 #: Cosine between a new triangle and the two it replaces, below which the surface would fold.
-_LEAST_COSINE = 0.1
+_LEAST_COSINE = -0.3
 #: Pairs of point and triangle that are worked on at once: what fits the processor's cache.
 _BLOCK = 50_000
 
@@ -125,7 +125,7 @@ def nearest_vertices(
     """
     from scipy.spatial import cKDTree
 
-    used = np.unique(faces)
+    used = corners_of(faces)
     count = min(neighbours, len(used))
     # Ranks, not a number: for one neighbour, too, the answer has a column for each.
     found = cKDTree(vertices[used]).query(points, k=np.arange(1, count + 1), workers=-1)[1]
@@ -278,8 +278,8 @@ def _quads(faces: IntArray) -> _Quads:
 def _may_flip(quads: _Quads, vertices: FloatArray, faces: IntArray) -> npt.NDArray[np.bool_]:
     """Tell which flips keep the mesh a mesh: no edge twice, no triangle folded over."""
     size = len(vertices)
-    edges = np.unique(edge_keys(*sides(faces), size))
-    free = ~np.isin(edge_keys(quads.c, quads.d, size), edges) & (quads.c != quads.d)
+    edges = np.sort(edge_keys(*sides(faces), size))
+    free = ~are_among(edge_keys(quads.c, quads.d, size), edges) & (quads.c != quads.d)
     a, b, c, d = (vertices[index] for index in (quads.a, quads.b, quads.c, quads.d))
     before = np.cross(b - a, c - a) + np.cross(a - b, d - b)
     upright = np.ones(len(a), dtype=bool)

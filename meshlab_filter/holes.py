@@ -13,7 +13,15 @@ import numpy.typing as npt
 from .edges import edge_keys, sides
 from .evidence import Evidence
 from .flips import nearest_vertices
+from .loops import boundary_loops, facing_loops
+from .orientation import pieces_of
+from .patches import SideNormals, triangulate
 from .validation import FloatArray, IntArray, check_points
+
+#: What other faces cover already is closed up to this share of the area of the piece around it.
+_LARGEST_BACK = 0.25
+#: A band is laid between two borders up to this share of the larger piece that they belong to.
+_LARGEST_BAND = 0.5
 
 
 def close_holes(
@@ -24,6 +32,7 @@ def close_holes(
     near: IntArray | None = None,
     max_edges: int = 64,
     covered: bool = False,
+    bands: bool = False,
 ) -> IntArray:
     """Close holes of a triangle mesh across which the original points lie.
 
@@ -40,6 +49,8 @@ def close_holes(
         Holes with more edges stay as they are.
     covered : bool
         Close as well what other faces cover already, as long as there are points all over it.
+    bands : bool
+        Close as well between two borders that face each other, as those of a limb cut in two do.
 
     Returns
     -------
@@ -48,11 +59,10 @@ def close_holes(
 
     Notes
     -----
-    A hole gets the triangulation of least area that makes no edge twice (G. Barequet, M. Sharir,
-    "Filling gaps in the boundary of a polyhedron", Computer Aided Geometric Design 12, 1995). It
-    stays open if on less than half of that area there are about as many original points as their
-    density around the hole promises, and if it does not reach what lies off the mesh there either.
-    A single missing face is always closed.
+    A hole gets the faces that :func:`~meshlab_filter.patches.triangulate` finds. It stays open if
+    on less than half of their area there are about as many original points as the density around
+    the hole promises, and if they do not reach what lies off the mesh there either. A single
+    missing face is always closed.
 
     Examples
     --------
@@ -74,118 +84,58 @@ def close_holes(
     loops = [loop for loop in boundary_loops(triangles) if len(loop) <= max_edges]
     if not loops:
         return triangles
-    known = np.unique(edge_keys(*sides(triangles), len(corners)))
+    known = np.sort(edge_keys(*sides(triangles), len(corners)))
     if near is None:
         near = nearest_vertices(corners, triangles, cloud)
     rim = np.unique(np.concatenate(loops))
     evidence = Evidence(corners, triangles, cloud, near, rim)
+    normals = SideNormals(corners, triangles)
     added = [triangles]
-    for loop in loops:
-        patch = triangulate(corners, loop, known)
+    closed: set[int] = set()
+    piece, pieces = pieces_of(triangles)
+    area = np.bincount(piece, weights=_areas(corners, triangles), minlength=pieces)
+
+    def fill(loop: IntArray) -> IntArray | None:
+        return triangulate(corners, loop, known, normals.beyond(loop))
+
+    def share(patch: IntArray, loop: IntArray) -> float:
+        # What is as large as the piece it borders is the back of an open sheet.
+        around = area[piece[normals.faces_beyond(loop)]].max()
+        return float(_areas(corners, patch).sum() / max(around, np.finfo(float).tiny))
+
+    for one, two, around in facing_loops(corners, loops) if bands else []:
+        band = fill(around) if len(around) <= 2 * max_edges else None
+        if band is None or min(share(band, loops[one]), share(band, loops[two])) > _LARGEST_BAND:
+            continue
+        if evidence.speaks_for(band, covered=share(band, loops[one]) <= _LARGEST_BACK):
+            # Two small holes beside each other face each other, too; less is missing in them.
+            lids = [fill(loops[one]), fill(loops[two])]
+            total = sum(np.inf if lid is None else _areas(corners, lid).sum() for lid in lids)
+            if _areas(corners, band).sum() < total:
+                added.append(band)
+                closed |= {one, two}
+                known = _with_edges(known, band, len(corners))
+    for loop in (loop for number, loop in enumerate(loops) if number not in closed):
+        patch = fill(loop)
         if patch is None:
             continue
         # One face missing amid its neighbours needs no witness, unless it is a face seen from
         # behind: the border of a lone triangle.
         single = len(patch) == 1 and not (np.sort(triangles, axis=1) == np.sort(patch)).all(1).any()
-        if (
-            single
-            or evidence.supports(patch)
-            or evidence.reaches(patch)
-            or (covered and evidence.covers(patch))
+        if single or evidence.speaks_for(
+            patch, covered=covered and share(patch, loop) <= _LARGEST_BACK
         ):
             added.append(patch)
-            known = np.union1d(known, edge_keys(*sides(patch), len(corners)))
+            known = _with_edges(known, patch, len(corners))
     return np.vstack(added)
 
 
-def boundary_loops(faces: IntArray) -> list[IntArray]:
-    """Return the loops of boundary edges, each in the direction of the faces that close it.
-
-    Parameters
-    ----------
-    faces : numpy.ndarray, shape (F, 3)
-
-    Returns
-    -------
-    list of numpy.ndarray
-        Vertices of each loop. Holes that touch in a vertex are loops of their own.
-
-    Examples
-    --------
-    >>> [loop.tolist() for loop in boundary_loops(np.array([[0, 1, 2], [0, 2, 3]]))]
-    [[0, 3, 2, 1]]
-    """
-    tail, head = sides(faces)
-    keys = edge_keys(tail, head, int(faces.max()) + 1 if len(faces) else 0)
-    _, place, count = np.unique(keys, return_index=True, return_counts=True)
-    single = np.sort(place[count == 1])
-    # The new face runs through the edge the other way.
-    begin, end = head[single], tail[single]
-    ways: dict[int, list[int]] = {}
-    for one, two in zip(begin[::-1].tolist(), end[::-1].tolist()):
-        ways.setdefault(one, []).append(two)
-    loops = []
-    for start in sorted(ways):
-        path, position = [start], {start: 0}
-        while ways.get(path[-1]):
-            vertex = ways[path[-1]].pop()
-            if vertex not in position:
-                position[vertex] = len(path)
-                path.append(vertex)
-                continue
-            # Back where the path has been: what lies between is a loop of its own.
-            loop = path[position[vertex] :]
-            del path[position[vertex] + 1 :]
-            for gone in loop[1:]:
-                del position[gone]
-            if len(loop) >= 3:
-                loops.append(np.array(loop, dtype=np.int64))
-    return loops
+def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2
 
 
-def triangulate(vertices: FloatArray, loop: IntArray, known: IntArray) -> IntArray | None:
-    """Triangulate a loop with the least area, by dynamic programming over its chords.
-
-    Parameters
-    ----------
-    vertices : numpy.ndarray, shape (V, 3)
-    loop : numpy.ndarray, shape (n,), int64
-    known : numpy.ndarray, int64
-        Sorted keys of edges that the mesh has already, which no chord may repeat.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n - 2, 3), int64, or None
-        None if every triangulation repeats an edge.
-    """
-    n = len(loop)
-    place = vertices[loop]
-    first, last = np.meshgrid(loop, loop, indexing="ij")
-    barred = np.isin(edge_keys(first, last, len(vertices)), known)
-    cost = np.full((n, n), np.inf)
-    best = np.zeros((n, n), dtype=np.int64)
-    cost[np.arange(n - 1), np.arange(1, n)] = 0.0
-    for gap in range(2, n):
-        i = np.arange(n - gap)
-        j = i + gap
-        middle = i[:, None] + np.arange(1, gap)
-        one, two = place[middle] - place[i, None], place[j, None] - place[i, None]
-        area = np.linalg.norm(np.cross(one, two), axis=2) / 2
-        total = cost[i[:, None], middle] + cost[middle, j[:, None]] + area
-        choice = total.argmin(axis=1)
-        found = total[np.arange(len(i)), choice]
-        if gap < n - 1:
-            found[barred[i, j]] = np.inf
-        cost[i, j] = found
-        best[i, j] = middle[np.arange(len(i)), choice]
-    if not np.isfinite(cost[0, n - 1]):
-        return None
-    out: list[tuple[int, int, int]] = []
-    open_ = [(0, n - 1)]
-    while open_:
-        begin, end = open_.pop()
-        if end - begin >= 2:
-            apex = int(best[begin, end])
-            out.append((int(loop[begin]), int(loop[apex]), int(loop[end])))
-            open_ += [(begin, apex), (apex, end)]
-    return np.array(out, dtype=np.int64)
+def _with_edges(known: IntArray, patch: IntArray, size: int) -> IntArray:
+    """Return sorted keys of edges with those of a patch among them."""
+    fresh = np.unique(edge_keys(*sides(patch), size))
+    return np.insert(known, np.searchsorted(known, fresh), fresh)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .edges import edge_keys, sides
+from .edges import edge_keys, sides, without_face
 from .flips import nearest_faces
 from .triangles import barycentric
 from .validation import FloatArray, IntArray, check_points
@@ -54,7 +54,7 @@ def insert_vertices(
     if not len(triangles):
         return triangles
     for _ in range(max_rounds):
-        out = np.setdiff1d(np.arange(len(corners)), triangles)
+        out = without_face(triangles, len(corners))
         split = _split(corners, triangles, out) if len(out) else None
         if split is None:
             break

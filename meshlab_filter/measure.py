@@ -220,7 +220,7 @@ def rebuild(
     else:
         faces = order[faces]
     if fit:
-        faces = fit_surface(kept, faces, points)
+        faces = fit_surface(kept, faces, points, normals=normals)
     return kept, faces, {**reconstruction, "fitted": fit}
 
 

@@ -285,11 +285,11 @@ def _measure(
     if own:  # there and back again would cost a digit
         centred = mesh.vertex_matrix() + (scripted.origin - scan.origin)
     fit = fit and len(faces) > 0
-    if fit and radii and indices is not None and not own:
-        normals = scan.normals[indices]
+    normals = None if own or indices is None else scan.normals[indices]
+    if fit and radii and normals is not None:
         _, faces, _ = rebuild(centred, normals, cloud, radii=radii)
     elif fit:
-        faces = fit_surface(centred, faces, cloud)
+        faces = fit_surface(centred, faces, cloud, normals=normals)
     return Measured(
         points=vertices,
         faces=faces,

@@ -82,7 +82,7 @@ def relay_seams(
     place, places = _places(taken, len(corners))
     if near is None:
         near = nearest_vertices(corners, triangles, cloud)
-    closed = close_holes(corners, rest, cloud, max_edges=LONGEST)
+    closed = close_holes(corners, rest, cloud, max_edges=LONGEST, bands=True)
     new = closed[len(rest) :]
     # Each vertex taken out belongs to one place, each new face to that of its vertices.
     of_vertex = np.full(len(corners), -1, dtype=np.int64)

@@ -7,6 +7,7 @@ task that a worker did not live to finish can simply be run again.
 from __future__ import annotations
 
 import json
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ from .validation import FloatArray, IntArray
 
 #: One row of what is gathered from all tiles.
 CLUSTER = np.dtype([("tile", "<i4"), ("cluster", "<i4"), ("count", "<i8"), ("entropy", "<f8")])
+
+_PARSER = threading.Lock()
 
 
 def tile_seed(seed: int, number: int) -> int:
@@ -173,7 +176,10 @@ def load(path: Path) -> Any:
         If the file is not whole.
     """
     try:
-        return np.load(path, allow_pickle=False)
+        # NumPy parses the header as Python, and the parser of Python 3.11 fails now and then when
+        # two threads use it at once.
+        with _PARSER:
+            return np.load(path, allow_pickle=False)
     except (ValueError, EOFError, FileNotFoundError) as error:
         raise FileFormatError(
             f"A tile is damaged; run again to make the tiles anew. Given: {path}."

@@ -181,6 +181,9 @@ def test_options_that_contradict_a_preset(scan, tmp_path):
     done = cli("run", scan, "-p", "default", "--delete", "5", "--out", tmp_path / "out")
     assert done.returncode == 2
     assert "--delete cannot go with --preset" in done.stderr
+    done = cli("run", scan, "-p", "default", "--set", "evenness=2", "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "--set cannot go with --preset" in done.stderr
 
 
 def test_annotate_then_run(scan, tmp_path):

@@ -5,10 +5,12 @@ import numpy.testing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, Delaunay
 
 from meshlab_filter.fitting import fit_surface
-from meshlab_filter.holes import boundary_loops, close_holes, triangulate
+from meshlab_filter.holes import close_holes
+from meshlab_filter.loops import boundary_loops, facing_loops
+from meshlab_filter.patches import triangulate
 from meshlab_filter.quality import edge_defects
 
 
@@ -119,7 +121,7 @@ def test_holes_that_touch_are_loops_of_their_own():
 def test_triangulation_of_least_area():
     """A bent square is closed along its shorter bend."""
     corners = np.array([[0.0, 0, 0], [1, 0, 1], [1, 1, 0], [0, 1, 0.9]])
-    found = triangulate(corners, np.arange(4), np.array([], dtype=np.int64))
+    found = triangulate(corners, np.arange(4), np.array([], dtype=np.int64), np.zeros((4, 3)))
     areas = {}
     for faces in ([[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]):
         a, b, c = (corners[np.array(faces)[:, corner]] for corner in range(3))
@@ -133,8 +135,83 @@ def test_no_triangulation_repeats_an_edge():
     """Where both chords of a square are edges already there is none."""
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     both = np.array([0 * 4 + 2, 1 * 4 + 3])
-    assert triangulate(corners, np.arange(4), both) is None
-    assert len(triangulate(corners, np.arange(4), both[:1])) == 2
+    assert triangulate(corners, np.arange(4), both, np.zeros((4, 3))) is None
+    assert len(triangulate(corners, np.arange(4), both[:1], np.zeros((4, 3)))) == 2
+
+
+@pytest.mark.parametrize(
+    ("beside", "expected"), [(1.0, [[0, 1, 2], [0, 2, 3]]), (-1.0, [[0, 1, 3], [1, 2, 3]])]
+)
+def test_triangulation_does_not_fold_onto_the_face_beside(beside, expected):
+    """Of two triangulations with the same area, the one without a sharp edge at the rim."""
+    corners = np.array([[0.0, 0, 0], [1, 0, 2], [1, 1, 0], [0, 1, 2]])
+    around = np.zeros((4, 3))
+    around[0, 1] = beside
+    found = triangulate(corners, np.arange(4), np.array([], dtype=np.int64), around)
+    assert sorted(sorted(face) for face in found.tolist()) == expected
+
+
+def tube(rings, around=12, gap=()):
+    """Return vertices on a tube, its faces without those of some rings, and which way is out."""
+    angle = 2 * np.pi * np.arange(around) / around
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(around)])
+    vertices = np.vstack([ring + np.array([0, 0, 0.5 * z]) for z in range(rings)])
+    faces = []
+    for z in set(range(rings - 1)) - set(gap):
+        for i in range(around):
+            a, b = z * around + i, z * around + (i + 1) % around
+            faces += [[a, b, b + around], [a, b + around, a + around]]
+    return vertices, np.array(faces)
+
+
+def test_a_tube_cut_in_two_is_joined():
+    """Two borders that face each other get a band between them, if points lie on it."""
+    vertices, faces = tube(8, gap=(3,))
+    rng = np.random.default_rng(0)
+    angle, height = rng.uniform(0, 2 * np.pi, 4000), rng.uniform(0, 3.5, 4000)
+    points = np.column_stack([np.cos(angle), np.sin(angle), height])
+    assert len(facing_loops(vertices, boundary_loops(faces))) == 1
+    npt.assert_array_equal(close_holes(vertices, faces, points), faces)
+    joined = close_holes(vertices, faces, points, bands=True)
+    assert len(joined) == len(faces) + 24
+    assert edge_defects(joined) == {"boundary_edges": 24, "nonmanifold_edges": 0, "holes": 2}
+    directed = np.column_stack([joined.ravel(), np.roll(joined, -1, axis=1).ravel()])
+    assert len(np.unique(directed, axis=0)) == len(directed), "a side runs the same way twice"
+    elsewhere = points[(height < 1.5) | (height > 2)]
+    npt.assert_array_equal(close_holes(vertices, faces, elsewhere, bands=True), faces)
+
+
+def test_borders_that_run_the_same_way_do_not_face_each_other():
+    """One half of the tube inside out: no band can join them."""
+    vertices, faces = tube(8, gap=(3,))
+    upper = vertices[faces, 2].min(axis=1) > 1.6
+    faces[upper] = faces[upper][:, ::-1]
+    near = [loop for loop in boundary_loops(faces) if 1.4 < vertices[loop, 2].mean() < 2.1]
+    assert len(near) == 2
+    assert facing_loops(vertices, near) == []
+
+
+@pytest.mark.parametrize("inner", [None, 0.7])
+def test_an_open_sheet_gets_no_back(inner):
+    """Neither a disc nor a ring is closed over itself, though points lie all over that."""
+    rng = np.random.default_rng(3)
+    angle, radius = rng.uniform(0, 2 * np.pi, 9000), np.sqrt(rng.uniform(0, 1, 9000))
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0.05 * radius**2])
+    points = points[radius >= (inner or 0)]
+    rims = [np.linspace(0, 2 * np.pi, 60)[:-1]] * (1 if inner is None else 2)
+    rim = [
+        np.column_stack([r * np.cos(a), r * np.sin(a), 0.05 * r * r + 0 * a])
+        for a, r in zip(rims, (1.0, inner))
+    ]
+    vertices = np.vstack([*rim, points[:150]])
+    faces = Delaunay(vertices[:, :2]).simplices
+    if inner:
+        faces = faces[np.linalg.norm(vertices[faces].mean(axis=1)[:, :2], axis=1) > inner]
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    down = np.cross(b - a, c - a)[:, 2] < 0
+    faces[down] = faces[down][:, ::-1]
+    closed = close_holes(vertices, faces, points, covered=True, bands=True, max_edges=160)
+    npt.assert_array_equal(closed, faces)
 
 
 @pytest.mark.parametrize("faces", [np.empty((0, 3), dtype=int), [[0, 1, 2]]])

@@ -104,6 +104,15 @@ def given_options(ctx: click.Context) -> set[str]:
     return {name for name in ctx.params if ctx.get_parameter_source(name) is not default}
 
 
+def flags_of(ctx: click.Context, names: set[str]) -> list[str]:
+    """Return how options are written on the command line, in the order of the command's help."""
+    return [
+        max(param.opts, key=len)
+        for param in ctx.command.params
+        if isinstance(param, click.Option) and param.name in names
+    ]
+
+
 def as_arguments(ctx: click.Context, *, leave_out: tuple[str, ...]) -> list[str]:
     """Return the options the user has given, as they stand on a command line."""
     arguments: list[str] = []

@@ -8,7 +8,14 @@ from typing import Any
 
 import click
 
-from .options import as_arguments, given_options, method_arguments, method_options, preset_options
+from .options import (
+    as_arguments,
+    flags_of,
+    given_options,
+    method_arguments,
+    method_options,
+    preset_options,
+)
 
 #: What a preset says by itself.
 SAID_BY_PRESET = ("method", "count", "keep", "clusters", "delete", "k", "init", "assignments",
@@ -85,7 +92,7 @@ def command(
     """  # noqa: D301 (click wants the escape itself)
     given = given_options(ctx)
     if preset is not None:
-        refuse_with_preset(given)
+        refuse_with_preset(ctx)
     if len(sources) > 1 or jobs is not None:
         if save_preset is not None:
             raise click.UsageError("--save-preset writes down one run; give one SCAN.")
@@ -144,14 +151,13 @@ def command(
         show_run(report, out, page=html)
 
 
-def refuse_with_preset(given: set[str]) -> None:
+def refuse_with_preset(ctx: click.Context) -> None:
     """Refuse options that contradict a preset, which is edited rather than overruled."""
-    both = sorted(given & set(SAID_BY_PRESET))
+    both = flags_of(ctx, given_options(ctx) & set(SAID_BY_PRESET))
     if both:
-        names = ", ".join("--" + name.replace("_", "-") for name in both)
         raise click.UsageError(
-            f"{names} cannot go with --preset, which says that itself; copy and edit the preset "
-            "('meshlab-filter presets copy')."
+            f"{', '.join(both)} cannot go with --preset, which says that itself; copy and edit "
+            "the preset ('meshlab-filter presets copy')."
         )
 
 

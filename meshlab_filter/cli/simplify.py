@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..amounts import parse_count
-from .options import given_options, method_arguments, method_options, preset_options
+from .options import flags_of, given_options, method_arguments, method_options, preset_options
 
 
 @click.command("simplify")
@@ -68,8 +68,8 @@ def command(
     if tiles is None and given & {"scheduler", "workers"}:
         raise click.UsageError("--scheduler and --workers go with --tiles.")
     if tiles is not None:
-        if barred := sorted(given & {"preset", "save_preset", "drop_invalid"}):
-            raise click.UsageError(f"--{barred[0].replace('_', '-')} cannot go with --tiles.")
+        if barred := flags_of(ctx, given & {"preset", "save_preset", "drop_invalid"}):
+            raise click.UsageError(f"{barred[0]} cannot go with --tiles.")
         _simplify_tiles(
             source, target, tiles, seed=seed, overwrite=overwrite, quiet=quiet,
             scheduler=scheduler, workers=workers, **method_arguments(**options),
@@ -86,7 +86,7 @@ def command(
         if preset is not None:
             from ..scripted import simplify_preset
 
-            refuse_with_preset(given)
+            refuse_with_preset(ctx)
             summary = simplify_preset(
                 source,
                 target,
