@@ -288,7 +288,7 @@ def write_outcome(
     html : bool
         Write ``report.html`` too.
     """
-    with writing_folder(out) as staging:
+    with writing_folder(out, outdated=(PAGE,)) as staging:
         with watch("write"):
             write_results(staging, outcome, comments(report))
             if html:

@@ -6,7 +6,7 @@ import glob
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -64,7 +64,7 @@ def writing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 @contextmanager
-def writing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+def writing_folder(path: str | os.PathLike[str], *, outdated: Sequence[str] = ()) -> Iterator[Path]:
     """Give a hidden folder to fill; move its files into ``path`` when all went well.
 
     Files of the same names in ``path`` are replaced one by one, each as a whole; others stay.
@@ -73,6 +73,9 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     ----------
     path : path-like
         The final folder, made if it does not exist.
+    outdated : sequence of str
+        Names of files to remove in the end if none has been written under them: they would speak
+        of what was there before.
 
     Yields
     ------
@@ -110,6 +113,8 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
                     raise OutputError(f"An output is a folder. Given: {path / file.name}.")
             for file in files:
                 os.replace(file, path / file.name)
+            for name in set(outdated) - {file.name for file in files}:
+                (path / name).unlink(missing_ok=True)
         except OutputError:
             raise
         except OSError as error:

@@ -137,7 +137,7 @@ def sweep(
         "times": watch.times,
     }
     if folder is not None:
-        with writing_folder(folder) as staging:
+        with writing_folder(folder, outdated=FILES) as staging:
             if html:
                 _write_page(staging / "sweep.html", report)
             write_report(report, staging / "sweep.json")

@@ -133,6 +133,16 @@ def test_command_prints_the_table_and_writes_the_files(scan, tmp_path):
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["sweep.json"]
 
 
+def test_no_page_of_an_earlier_run_stays(scan, tmp_path):
+    """Without a page of its own, a run takes away the page that would speak of another cloud."""
+    for write, page in ((mf.run, "report.html"), (sweep, "sweep.html")):
+        (tmp_path / page).write_text("of another cloud")
+        (tmp_path / "notes.txt").write_text("of the user")
+        write(scan, tmp_path, keep=0.5 if write is mf.run else [0.5], floor=False)
+        assert not (tmp_path / page).exists()
+        assert (tmp_path / "notes.txt").read_text() == "of the user"
+
+
 def test_command_refuses_numbers_of_points(scan, tmp_path):
     """A whole number is no share."""
     done = run_command(scan, "--keep", "50%,100", "-o", tmp_path / "out")
