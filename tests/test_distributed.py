@@ -7,8 +7,7 @@ import numpy as np
 import numpy.testing as npt
 import pytest
 
-from meshlab_filter import distributed as module
-from meshlab_filter import tiletasks
+from meshlab_filter import tilejob, tiletasks
 from meshlab_filter.distributed import simplify_tiles
 from meshlab_filter.errors import (
     FileFormatError,
@@ -135,7 +134,7 @@ def test_clusters_are_ranked_over_all_tiles(source, client, tmp_path, monkeypatc
         gathered.append((sizes, entropy))
         return original(sizes, entropy, *arguments, **options)
 
-    monkeypatch.setattr(module, "how_many_to_delete", spy)
+    monkeypatch.setattr(tilejob, "how_many_to_delete", spy)
     report = simplify_tiles(
         source, tmp_path / "out.las", tiles=5, scheduler=client, clusters=201, delete=33
     )
@@ -239,7 +238,7 @@ def test_a_stopped_run_goes_on(source, client, tmp_path, case):
 def test_other_parameters_start_anew(source, client, tmp_path):
     """The key of the tiles is of the source's bytes and of every parameter."""
     keys = {
-        module._Job.of(source, None, tiles, None, None, seed, given).key
+        tilejob.TileJob.of(source, None, tiles, None, None, seed, given).key
         for tiles, seed, given in (
             (3, 0, {"delete": 5}), (3, 1, {"delete": 5}), (4, 0, {"delete": 5}),
             (3, 0, {"delete": 6}), (3, 0, {"delete": 5, "k": 2}),
