@@ -128,7 +128,7 @@ def test_a_tile_is_ranked_no_further_than_it_need_be(source, client, tmp_path, m
 def test_clusters_are_ranked_over_all_tiles(source, client, tmp_path, monkeypatch):
     """The clusters deleted are the lowest of all tiles; totals are as asked."""
     gathered = []
-    original = module.how_many_to_delete
+    original = tilejob.how_many_to_delete
 
     def spy(sizes, entropy, *arguments, **options):
         gathered.append((sizes, entropy))
