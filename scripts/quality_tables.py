@@ -218,9 +218,9 @@ def section(rows: list[Row]) -> str:
             "Every result is reconstructed alike, twice: *as MeshLab builds it*, by ball pivoting "
             "in passes of 1, 1.5, 2.5 and 4 × the median spacing to 6 neighbours, clustering 5 % "
             "(`run --no-fit`); and *as `run` builds it*, which hands MeshLab the outermost points "
-            "first and then fits the surface to the original points: flaps go, holes and seams "
-            "are closed, points without a face are put in, edges flipped. Surface first keeps its "
-            "own triangles in both.",
+            "first and then fits the surface to the original points: parts inside out are turned, "
+            "flaps go, holes and seams are closed, points without a face are put in, edges "
+            "flipped. Surface first keeps its own triangles in both.",
             "",
             *verdict(cases, everything),
             "![Mean error over the share of points that stays](docs/images/benchmark-quality.png)",
