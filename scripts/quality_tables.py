@@ -157,6 +157,22 @@ def losses(cases: Cases, built: str) -> list[str]:
             for (model, share), ratio in sorted(worse.items(), key=lambda pair: -pair[1])
         )
         lines.append(f"- {name}: {len(worse)} of {len(cases)} cases. {listed}".rstrip() + "\n")
+    for sampler in (s for s in SAMPLERS if s not in PEERS and s != OURS):
+        ratios = {
+            key: case[OURS][built]["mean"] / case[sampler][built]["mean"]
+            for key, case in cases.items()
+            if sampler in case
+        }
+        worse = {key: ratio for key, ratio in ratios.items() if ratio > 1}
+        if worse:
+            listed = ", ".join(
+                f"{model} {share:.0%} ({ratio:.2f} ×)"
+                for (model, share), ratio in sorted(worse.items(), key=lambda pair: -pair[1])
+            )
+            lines.append(
+                f"- mean, {sampler} (not counted among the peers): {len(worse)} of {len(ratios)} cases. "
+                f"{listed}\n"
+            )
     return lines
 
 
