@@ -170,8 +170,8 @@ def losses(cases: Cases, built: str) -> list[str]:
                 for (model, share), ratio in sorted(worse.items(), key=lambda pair: -pair[1])
             )
             lines.append(
-                f"- mean, {sampler} (not counted among the peers): {len(worse)} of {len(ratios)} cases. "
-                f"{listed}\n"
+                f"- mean, {sampler} (not counted among the peers): {len(worse)} of "
+                f"{len(ratios)} cases. {listed}\n"
             )
     return lines
 
