@@ -5,7 +5,8 @@ import numpy.testing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import ConvexHull, Delaunay
+from scipy.spatial import Delaunay
+from shapes import hull
 
 from meshlab_filter.fitting import fit_surface
 from meshlab_filter.holes import close_holes
@@ -20,22 +21,13 @@ def ball(count, seed=0):
     return points / np.linalg.norm(points, axis=1)[:, None]
 
 
-def outward(points):
-    """Return the faces of the hull, turned outward."""
-    faces = ConvexHull(points).simplices.astype(np.int64)
-    a, b, c = (points[faces[:, corner]] for corner in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
-    faces[inward] = faces[inward][:, ::-1]
-    return faces
-
-
 @given(seed=st.integers(0, 500), removed=st.integers(1, 6))
 @settings(max_examples=15, deadline=None)
 def test_holes_of_a_ball_are_closed(seed, removed):
     """Faces taken out of a closed surface come back, oriented alike, whatever they touch."""
     rng = np.random.default_rng(seed)
     vertices, points = ball(150, seed), ball(6000, seed + 1)
-    whole = outward(vertices)
+    whole = hull(vertices)
     middle = vertices[whole].mean(axis=1)
     gone = np.argsort(middle @ middle[rng.integers(len(whole))])[-removed:]
     closed = close_holes(vertices, np.delete(whole, gone, axis=0), points)
@@ -47,7 +39,7 @@ def test_holes_of_a_ball_are_closed(seed, removed):
 def test_the_border_of_an_open_scan_stays_open():
     """Half a ball without points on the other half keeps its border."""
     vertices, points = ball(300), ball(12000, 1)
-    faces = outward(vertices)
+    faces = hull(vertices)
     used, faces = np.unique(faces[(vertices[faces][:, :, 2] > 0).all(axis=1)], return_inverse=True)
     vertices, faces = vertices[used], faces.reshape(-1, 3)
     closed = close_holes(vertices, faces, points[points[:, 2] > -0.05], max_edges=1000)
@@ -105,7 +97,7 @@ def test_what_is_covered_is_closed_when_asked():
 def test_long_holes_stay():
     """A hole of more edges than allowed is left as it is."""
     vertices, points = ball(150), ball(6000, 1)
-    faces = outward(vertices)[1:]
+    faces = hull(vertices)[1:]
     assert len(close_holes(vertices, faces, points, max_edges=3)) == len(faces) + 1
     npt.assert_array_equal(close_holes(vertices, faces, points, max_edges=2), faces)
 

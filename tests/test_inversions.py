@@ -5,7 +5,7 @@ import numpy.testing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_fitting import ball, euler, hull
+from shapes import ball, euler, hull
 
 from meshlab_filter.fitting import fit_surface
 from meshlab_filter.inversions import turn_inverted
