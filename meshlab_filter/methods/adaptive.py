@@ -220,10 +220,13 @@ class _Decimation:
         self._measure_errors(self.stale)
 
     def _measure_spacing(self, rows: IntArray) -> None:
-        for start in range(0, len(rows), _BLOCK):
+        def measure(start: int) -> None:
             block = rows[start : start + _BLOCK]
             d = self.points[self.hood.nearest[block]] - self.points[block, None, :]
             self.spacing2[block] = np.einsum("ijk,ijk->i", d, d) / _NEIGHBOURS
+
+        for _ in self.pool.map(measure, range(0, len(rows), _BLOCK)):
+            pass
 
     def _measure_errors(self, owners: npt.NDArray[np.bool_]) -> None:
         """Estimate the error of the witnesses of these owners, in chunks over all cores."""
