@@ -82,7 +82,8 @@ def _mend(
     if normals is not None:
         triangles = turn_inverted(corners, triangles, normals)
     near = nearest_vertices(corners, triangles, cloud)
-    triangles = remove_flaps(corners, triangles, cloud, near=near)
+    bared = remove_flaps(corners, triangles, cloud, near=near)
+    triangles = bared if len(bared) else triangles  # of a few faces, each may cover the others
     triangles = close_holes(corners, triangles, cloud)
     for rings in (1, 2, 1, 2):
         triangles = relay_seams(corners, triangles, cloud, rings=rings, near=near)

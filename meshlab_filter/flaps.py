@@ -82,6 +82,8 @@ def remove_flaps(
     suspect = np.zeros(len(triangles), dtype=bool)
     suspect[suspects] = True
     for _ in range(max_rounds):
+        if not suspect.any():
+            break
         covered = _covered(corners, triangles, witnesses, np.flatnonzero(suspect))
         if not len(covered):
             break

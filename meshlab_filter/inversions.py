@@ -78,13 +78,13 @@ def turn_inverted(
     largest = int(total.argmax())
     turned = (against > cut) & (cut > 0)
     turned[largest] = False
-    if not turned.any():
-        return triangles
     flip = turned[part]
-    triangles[flip] = triangles[flip][:, ::-1]
     apart = flip[one] != flip[two]
     keep = np.ones(len(triangles), dtype=bool)
     keep[one[apart]] = keep[two[apart]] = False
+    if not keep.any():  # a few faces, all of them at the cut
+        return triangles
+    triangles[flip] = triangles[flip][:, ::-1]
     return triangles[keep]
 
 

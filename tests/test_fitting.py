@@ -155,6 +155,22 @@ def test_a_damaged_ball_is_mended(seed):
     assert np.sqrt(nearest.mean()) < 0.015
 
 
+@given(seed=st.integers(0, 100_000))
+@settings(max_examples=60, deadline=None)
+def test_any_disorder_is_fitted(seed):
+    """Faces that cross, repeat, turn either way or have no area: some faces come out of it."""
+    rng = np.random.default_rng(seed)
+    size = int(rng.integers(3, 30))
+    vertices = rng.normal(size=(size, 3)) * [1, rng.choice([0, 1]), rng.choice([0, 0.1, 1])]
+    if rng.random() < 0.3:
+        vertices[rng.integers(size)] = vertices[0]
+    faces = np.array([rng.permutation(size)[:3] for _ in range(rng.integers(1, 40))])
+    points = np.vstack([vertices, rng.normal(size=(rng.integers(1, 100), 3))])
+    fitted = fit_surface(vertices, faces, points, normals=rng.normal(size=(size, 3)))
+    assert len(fitted) > 0
+    assert 0 <= fitted.min() <= fitted.max() < size
+
+
 def test_fitting_does_not_depend_on_scale():
     """Scaling by a power of two changes nothing."""
     vertices, faces, points = damaged(1)

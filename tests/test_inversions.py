@@ -68,6 +68,18 @@ def test_nothing_is_turned_without_a_seam():
     npt.assert_array_equal(turn_inverted(vertices, faces[:0], normals), faces[:0])
 
 
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=150, deadline=None)
+def test_something_always_stays(seed):
+    """A few faces in any disorder: where every one is at the cut, none goes, and a fit ends."""
+    rng = np.random.default_rng(seed)
+    size = rng.integers(4, 8)
+    vertices, normals = rng.normal(size=(2, size, 3))
+    faces = np.array([rng.permutation(size)[:3] for _ in range(rng.integers(2, 5))])
+    assert 0 < len(turn_inverted(vertices, faces, normals)) <= len(faces)
+    fit_surface(vertices, faces, rng.normal(size=(40, 3)), normals=normals)
+
+
 def test_a_long_joint_is_not_cut():
     """Where more would be cut than is gained, both sides stay."""
     vertices, left, right = slit_sheet(10, 4, 7)
