@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from command import command, environment, meshlab_filter, snapshot
 
+from meshlab_filter.cli import main
+
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(os.name != "posix", reason="signals are of POSIX systems"),
@@ -114,3 +116,25 @@ def test_killed(tmp_path, scan, undisturbed, verb, number, receiver, round_):
     assert again.returncode == 0, again.stderr
     assert whole_outputs(tmp_path) == expected
     assert not [path for path in snapshot(tmp_path) if ".partial" in str(path)]
+
+
+@pytest.mark.parametrize("kind", [RuntimeError, AssertionError])
+def test_an_interrupt_that_ends_in_another_error(monkeypatch, capsys, kind):
+    """What fails in the midst of an interrupt is the interrupt; the same failure alone is not."""
+
+    def join(**_):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            raise kind("release unlocked lock")  # noqa: B904 (as Thread.join does)
+
+    monkeypatch.setattr(main.cli, "main", join)
+    assert main.invoke(["simplify"]) == 130
+    assert capsys.readouterr().err == "Interrupted; nothing was left half-written.\n"
+
+    def fail(**_):
+        raise kind("of its own")
+
+    monkeypatch.setattr(main.cli, "main", fail)
+    with pytest.raises(kind, match="of its own"):
+        main.invoke(["simplify"])

@@ -72,8 +72,7 @@ def invoke(arguments: Sequence[str]) -> int:
         error.show()
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        click.echo("Interrupted; nothing was left half-written.", err=True)
-        return 130
+        return _interrupted()
     except MeshlabFilterError as error:
         click.echo(f"Error: {error}", err=True)
         return error.exit_code
@@ -81,6 +80,12 @@ def invoke(arguments: Sequence[str]) -> int:
         what = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
         click.echo(f"Error: {what}.", err=True)
         return 7
+    except (RuntimeError, AssertionError) as error:
+        # Interrupted just as the thread it waits for ends, Thread.join of Python 3.11 fails while
+        # it handles the interrupt.
+        if not isinstance(error.__context__, KeyboardInterrupt):
+            raise
+        return _interrupted()
     except SystemExit:
         # So click ends when whoever read standard output has gone.
         return 141
@@ -89,3 +94,8 @@ def invoke(arguments: Sequence[str]) -> int:
         return 3
     # Not standing alone, click returns what a command passes to ctx.exit.
     return code if isinstance(code, int) else 0
+
+
+def _interrupted() -> int:
+    click.echo("Interrupted; nothing was left half-written.", err=True)
+    return 130
