@@ -104,9 +104,9 @@ def _restore(vertices: FloatArray, faces: IntArray, tree: cKDTree) -> IntArray |
             continue
         reach = max(_AROUND * float(gap[row]), length)
         around = tree.data[tree.query_ball_point(vertices[out[row]], reach)]
-        split, parts, share, nearer = _best_split(vertices, patch, int(out[row]), around)
+        split, parts, improved, nearer = _best_split(vertices, patch, int(out[row]), around)
         alone = nearer < _FEW and above[row] and gap[row] > _SPACINGS * spacing[row]
-        if share <= _NEARER and not alone:
+        if improved and not alone:
             stays[which[split]] = False
             touched[patch] = True
             new.append(parts)
@@ -123,11 +123,11 @@ def _spacing_beside(places: FloatArray, tree: cKDTree) -> FloatArray:
 
 def _best_split(
     vertices: FloatArray, patch: IntArray, vertex: int, points: FloatArray
-) -> tuple[list[int], IntArray, float, int]:
+) -> tuple[list[int], IntArray, bool, int]:
     """Try a vertex in each face and on each inner side of a patch.
 
-    Returns the rows of the patch to split, the parts, to which share the sum of squared distances
-    falls, and how many points come at least twice as near.
+    Returns the rows of the patch to split, the parts, whether the sum of squared distances falls
+    far enough, and how many points come at least twice as near.
     """
     gap = _squares(vertices, patch, points)
     before = gap.min(axis=1)
@@ -145,10 +145,11 @@ def _best_split(
         parts = np.array([(a, b, vertex) for a, b in rim], dtype=np.int64)
         left = np.delete(gap, rows, axis=1).min(axis=1, initial=np.inf)
         after = np.minimum(left, _squares(vertices, parts, points).min(axis=1))
-        share = float(after.sum() / max(before.sum(), np.finfo(float).tiny))
-        if share < best[2]:
-            best = rows, parts, share, int((after < before / 4).sum())
-    return best
+        total = float(after.sum())
+        if total < best[2]:
+            best = rows, parts, total, int((after < before / 4).sum())
+    rows, parts, total, nearer = best
+    return rows, parts, total <= _NEARER * float(before.sum()), nearer
 
 
 def _squares(vertices: FloatArray, faces: IntArray, points: FloatArray) -> FloatArray:
