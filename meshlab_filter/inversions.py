@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .edges import edge_keys, sides
+from .edges import sides
+from .flaps import border_sides
+from .orientation import groups_of, joints_of
 from .validation import FloatArray, IntArray, check_points
 
 #: Borders that each border is compared with.
@@ -66,8 +68,10 @@ def turn_inverted(
     a, b, c = (corners[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     along = np.einsum("ij,ij->i", directions[triangles].sum(axis=1), normal) > 0
-    one, two, border = _joints(triangles, len(corners))
-    part, parts = _parts(len(triangles), one, two, along)
+    border = np.flatnonzero(border_sides(triangles))
+    one, two = joints_of(triangles)
+    alike = along[one] == along[two]
+    part, parts = groups_of(len(triangles), one[alike], two[alike])
     area = np.linalg.norm(normal, axis=1)
     total = np.bincount(part, weights=area, minlength=parts)
     cut = np.bincount(part[one][part[one] != part[two]], minlength=parts)
@@ -86,31 +90,6 @@ def turn_inverted(
         return triangles
     triangles[flip] = triangles[flip][:, ::-1]
     return triangles[keep]
-
-
-def _joints(faces: IntArray, size: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the pairs of faces that share an edge, and the sides that are borders."""
-    keys = edge_keys(*sides(faces), size)
-    order = np.argsort(keys, kind="stable")
-    same = keys[order][1:] == keys[order][:-1]
-    inner = np.flatnonzero(same)
-    alone = np.ones(len(order), dtype=bool)
-    alone[1:] &= ~same
-    alone[:-1] &= ~same
-    return order[inner] // 3, order[inner + 1] // 3, np.sort(order[alone])
-
-
-def _parts(
-    size: int, one: IntArray, two: IntArray, along: npt.NDArray[np.bool_]
-) -> tuple[IntArray, int]:
-    """Return the part of each face, of those that agree with the normals or do not, alike."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    alike = along[one] == along[two]
-    graph = coo_matrix((np.ones(int(alike.sum())), (one[alike], two[alike])), shape=(size, size))
-    count, part = connected_components(graph, directed=False)
-    return part.astype(np.int64), int(count)
 
 
 def _conflicts(

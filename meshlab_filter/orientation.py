@@ -79,16 +79,58 @@ def pieces_of(faces: IntArray) -> tuple[IntArray, int]:
     >>> piece.tolist(), count
     ([0, 0, 1], 2)
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+    return groups_of(len(faces), *joints_of(faces))
 
+
+def joints_of(faces: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the pairs of faces that share an edge.
+
+    Parameters
+    ----------
+    faces : numpy.ndarray, shape (F, 3), int64
+
+    Returns
+    -------
+    one, two : numpy.ndarray, shape (J,), int64
+
+    Examples
+    --------
+    >>> one, two = joints_of(np.array([[0, 1, 2], [3, 4, 5], [0, 2, 3]]))
+    >>> one.tolist(), two.tolist()
+    ([0], [2])
+    """
     keys = edge_keys(*sides(faces), int(faces.max()) + 1)
     order = np.argsort(keys, kind="stable")
     same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-    one, two = order[same] // 3, order[same + 1] // 3
-    graph = coo_matrix((np.ones(len(one)), (one, two)), shape=(len(faces), len(faces)))
-    count, piece = connected_components(graph, directed=False)
-    return piece.astype(np.int64), int(count)
+    return order[same] // 3, order[same + 1] // 3
+
+
+def groups_of(size: int, one: IntArray, two: IntArray) -> tuple[IntArray, int]:
+    """Return the group of each of some things, of which pairs hang together, and how many.
+
+    Parameters
+    ----------
+    size : int
+        How many things there are.
+    one, two : numpy.ndarray, shape (J,), int64
+
+    Returns
+    -------
+    group : numpy.ndarray, shape (size,), int64
+    count : int
+
+    Examples
+    --------
+    >>> group, count = groups_of(3, np.array([0]), np.array([2]))
+    >>> group.tolist(), count
+    ([0, 1, 0], 2)
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_matrix((np.ones(len(one)), (one, two)), shape=(size, size))
+    count, group = connected_components(graph, directed=False)
+    return group.astype(np.int64), int(count)
 
 
 def _agreements(
